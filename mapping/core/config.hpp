@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace cloister {
+
+/// Log-odds occupancy and its grid.
+struct VoxelConfig {
+  double voxel_size_m = 0.065;
+  double min_range_m = 0.5;
+  double max_range_m = 60.0;
+  double log_odds_hit = 0.85;
+  double log_odds_miss = -0.4;
+  double log_odds_min = -2.0;
+  double log_odds_max = 3.5;
+};
+
+/// When a new submap begins (paper, section III-A).
+struct SpawnConfig {
+  double min_overlap = 0.6;      ///< R_point at or below which a scan starts a new submap
+  double filter_m = 0.25;        ///< r_filter: edge of the voxel filter of scan and submap cloud
+  double cloud_lag_m = 2.0;      ///< a scan joins its submap's cloud once the sensor has moved this far from it
+  double max_correction_m = 0.065;  ///< a graph correction that shifts the present place further than this
+  double baseline_distance_m = 10.0;  ///< distance travelled per submap in baseline mode
+};
+
+/// When two submaps become one (paper, sections III-B and III-C).
+struct FusionConfig {
+  double min_overlap = 0.7;           ///< lambda_fusion: larger of both voxel overlap ratios
+  double min_overlap_loop = 0.7;      ///< the same for the pair that a loop closure joins
+  double max_sigma_m = 0.2;           ///< largest translational standard deviation between two roots
+  double max_sigma_unlooped_m = 0.065;  ///< the same for pairs that no loop closure's range covers
+  double default_information = 0.0;   ///< stands in for missing information matrices (1/m^2, 1/rad^2); 0 = refuse them
+};
+
+/// All memory the map may ever take, and how it is divided.
+struct MemoryConfig {
+  std::int64_t budget_bytes = 1024LL << 20;  ///< voxel blocks, indices and bookkeeping of all submaps
+  int max_submaps = 2048;
+  std::int64_t max_cloud_points = 4'000'000;  ///< filtered points of all submap clouds
+};
+
+/// What is done to a scan before it is integrated.
+struct ScanConfig {
+  int max_points = 262'144;
+  double max_odometry_gap_s = 1.0;   ///< no pose is interpolated across a longer gap
+  double max_odometry_wait_s = 0.5;  ///< how long past its stamp a scan may wait for its pose, and be extrapolated
+  double stamp_offset_s = 0.0;       ///< added to every lidar stamp before poses are looked up
+};
+
+/// Everything that can be set from a file or with --set; see runtime/config_file.hpp for the loader.
+struct Config {
+  VoxelConfig voxel;
+  SpawnConfig spawn;
+  FusionConfig fusion;
+  MemoryConfig memory;
+  ScanConfig scan;
+  bool baseline = false;  ///< spawn by distance, fuse at loop closures only, no uncertainty check
+};
+
+/// The first thing that is wrong with a configuration, as "field = value: bound", or nothing.
+[[nodiscard]] std::optional<std::string> validate(const Config& config);
+
+}  // namespace cloister

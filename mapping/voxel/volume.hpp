@@ -1,0 +1,105 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "mapping/voxel/voxel.hpp"
+#include "mapping/voxel/voxel_store.hpp"
+
+namespace cloister {
+
+/// The occupancy volume of one submap: a hash table of chunks, each with 8x8x8 places that hold nothing, one value
+/// for a whole block, or the index of a block in the store.
+///
+/// Invariant: a place that holds a block is never uniform after `settle_block`; every chunk in the table has at least
+/// one known place.
+/// Threads: one owner at a time. Readers need the owner's permission (it is lent through a queue).
+/// Real-time: no member allocates from the heap; blocks and chunks come from the caller's VoxelPools.
+class Volume {
+ public:
+  Volume() { buckets_.fill(kNoIndex); }
+  Volume(const Volume&) = delete;
+  Volume& operator=(const Volume&) = delete;
+  Volume(Volume&& other) noexcept { swap(other); }
+  Volume& operator=(Volume&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+  void swap(Volume& other) noexcept;
+
+  // Reading.
+  [[nodiscard]] LogOdds at(const VoxelStore& store, const VoxelCoord& voxel) const;
+  [[nodiscard]] BlockView view(const VoxelStore& store, const BlockCoord& block) const;
+  /// The chunk at a coordinate, or kNoIndex.
+  [[nodiscard]] PoolIndex find_chunk(const VoxelStore& store, const ChunkCoord& coord) const;
+  [[nodiscard]] PoolIndex first_chunk() const { return first_chunk_; }
+
+  /// Calls `visit(BlockCoord, BlockView)` for every known block, chunk by chunk, newest chunk first.
+  template <typename Visitor>
+  void for_each_block(const VoxelStore& store, Visitor&& visit) const;
+
+  // Writing.
+  /// The place of a block; its chunk is made when missing. Null when the pool of chunks is empty.
+  [[nodiscard]] std::uint32_t* make_place(VoxelPools& pools, const BlockCoord& block, Chunk** chunk);
+  /// The block at a place, split from its uniform value if need be. Null when the pool of blocks is empty.
+  [[nodiscard]] Block* make_block(VoxelPools& pools, Chunk& chunk, std::uint32_t& place);
+  /// Sets a place to one value for all 512 voxels; returns its block, if it had one, to the pool.
+  void set_uniform(VoxelPools& pools, Chunk& chunk, std::uint32_t& place, LogOdds value);
+  /// Turns the block at a place into a coarse node if it has become one: all voxels free (the weakest of their values
+  /// stays), all occupied, or all unknown. Returns true if it did.
+  bool settle_block(VoxelPools& pools, Chunk& chunk, std::uint32_t& place);
+  /// Takes the block out of a place without returning it to the pool: it now belongs to the caller.
+  [[nodiscard]] PoolIndex detach_block(Chunk& chunk, std::uint32_t& place);
+  /// Puts a block that the caller owns into an unknown place.
+  void attach_block(Chunk& chunk, std::uint32_t& place, PoolIndex block);
+  /// Returns everything to the pools.
+  void clear(VoxelPools& pools);
+
+  // Size.
+  [[nodiscard]] std::size_t num_blocks() const { return num_blocks_; }
+  [[nodiscard]] std::size_t num_chunks() const { return num_chunks_; }
+  /// All bytes this volume owns: blocks, chunks and its own table.
+  [[nodiscard]] std::size_t bytes() const {
+    return num_blocks_ * sizeof(Block) + num_chunks_ * sizeof(Chunk) + sizeof(Volume);
+  }
+
+  // Places: the top two bits tell what the low 30 hold.
+  static constexpr std::uint32_t kBlockFlag = 0x80000000u;
+  [[nodiscard]] static constexpr bool has_block(std::uint32_t place) { return (place & kBlockFlag) != 0; }
+  [[nodiscard]] static constexpr PoolIndex block_index(std::uint32_t place) { return place & ~kBlockFlag; }
+  [[nodiscard]] static constexpr LogOdds uniform_value(std::uint32_t place) {
+    return static_cast<LogOdds>(static_cast<std::uint8_t>(place));
+  }
+  [[nodiscard]] static constexpr std::uint32_t uniform_place(LogOdds value) {
+    return static_cast<std::uint8_t>(value);
+  }
+  [[nodiscard]] static BlockView view_of(const VoxelStore& store, std::uint32_t place) {
+    return has_block(place) ? BlockView{&store.block(block_index(place)), kUnknown}
+                            : BlockView{nullptr, uniform_value(place)};
+  }
+
+ private:
+  static constexpr std::size_t kNumBuckets = 1024;
+  [[nodiscard]] static std::size_t bucket_of(int x, int y, int z);
+
+  std::array<PoolIndex, kNumBuckets> buckets_;
+  PoolIndex first_chunk_ = kNoIndex;
+  std::uint32_t num_chunks_ = 0;
+  std::uint32_t num_blocks_ = 0;
+};
+
+template <typename Visitor>
+void Volume::for_each_block(const VoxelStore& store, Visitor&& visit) const {
+  for (PoolIndex index = first_chunk_; index != kNoIndex; index = store.chunk(index).next_in_volume) {
+    const Chunk& chunk = store.chunk(index);
+    for (int i = 0; i < kChunkBlocks; ++i) {
+      if (chunk.places[i] == 0) continue;
+      const BlockCoord coord(chunk.x * kChunkEdge + (i & 7), chunk.y * kChunkEdge + ((i >> 3) & 7),
+                             chunk.z * kChunkEdge + (i >> 6));
+      visit(coord, view_of(store, chunk.places[i]));
+    }
+  }
+}
+
+}  // namespace cloister
