@@ -72,7 +72,7 @@ struct SubmapRecord {
 };
 
 /// Everything that replay and run leave in OUT beside the voxels and meshes. Filled by the pipeline, written by
-/// runtime/output. Counters follow the keys of summary.json.
+/// firmware_interface/output. Counters follow the keys of summary.json.
 struct MissionRecord {
   Config config;
   std::string mission;                 ///< name for the report's title
