@@ -12,8 +12,7 @@ namespace cloister {
 /// The occupancy volume of one submap: a hash table of chunks, each with 8x8x8 places that hold nothing, one value
 /// for a whole block, or the index of a block in the store.
 ///
-/// Invariant: a place that holds a block is never uniform after `settle_block`; every chunk in the table has at least
-/// one known place.
+/// Invariant: `num_blocks` and `num_chunks` count what the volume took from the pools and has not given back.
 /// Threads: one owner at a time. Readers need the owner's permission (it is lent through a queue).
 /// Real-time: no member allocates from the heap; blocks and chunks come from the caller's VoxelPools.
 class Volume {
@@ -64,7 +63,7 @@ class Volume {
     return num_blocks_ * sizeof(Block) + num_chunks_ * sizeof(Chunk) + sizeof(Volume);
   }
 
-  // Places: the top two bits tell what the low 30 hold.
+  // Places: the top bit tells a block's index from a uniform value.
   static constexpr std::uint32_t kBlockFlag = 0x80000000u;
   [[nodiscard]] static constexpr bool has_block(std::uint32_t place) { return (place & kBlockFlag) != 0; }
   [[nodiscard]] static constexpr PoolIndex block_index(std::uint32_t place) { return place & ~kBlockFlag; }

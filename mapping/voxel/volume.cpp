@@ -1,0 +1,134 @@
+#include "mapping/voxel/volume.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace cloister {
+namespace {
+
+void set_place(Chunk& chunk, std::uint32_t& place, std::uint32_t value) {
+  chunk.num_known += static_cast<std::uint32_t>(place == 0 && value != 0);
+  chunk.num_known -= static_cast<std::uint32_t>(place != 0 && value == 0);
+  place = value;
+}
+
+}  // namespace
+
+void Volume::swap(Volume& other) noexcept {
+  std::swap(buckets_, other.buckets_);
+  std::swap(first_chunk_, other.first_chunk_);
+  std::swap(num_chunks_, other.num_chunks_);
+  std::swap(num_blocks_, other.num_blocks_);
+}
+
+std::size_t Volume::bucket_of(int x, int y, int z) {
+  // Three odd multipliers spread neighbouring chunks; the high bits are the well-mixed ones.
+  const std::uint32_t mixed = static_cast<std::uint32_t>(x) * 0x9e3779b1u ^
+                              static_cast<std::uint32_t>(y) * 0x85ebca77u ^
+                              static_cast<std::uint32_t>(z) * 0xc2b2ae3du;
+  return (mixed * 0x27d4eb2fu) >> 22;
+}
+static_assert(1u << (32 - 22) == 1024, "bucket_of must cover kNumBuckets");
+
+PoolIndex Volume::find_chunk(const VoxelStore& store, const ChunkCoord& coord) const {
+  PoolIndex index = buckets_[bucket_of(coord.x(), coord.y(), coord.z())];
+  while (index != kNoIndex) {
+    const Chunk& chunk = store.chunk(index);
+    if (chunk.x == coord.x() && chunk.y == coord.y() && chunk.z == coord.z()) break;
+    index = chunk.next_in_bucket;
+  }
+  return index;
+}
+
+BlockView Volume::view(const VoxelStore& store, const BlockCoord& block) const {
+  const PoolIndex index = find_chunk(store, parent_coord(block));
+  if (index == kNoIndex) return {};
+  return view_of(store, store.chunk(index).places[index_in_block(block)]);
+}
+
+LogOdds Volume::at(const VoxelStore& store, const VoxelCoord& voxel) const {
+  return view(store, parent_coord(voxel)).at(index_in_block(voxel));
+}
+
+std::uint32_t* Volume::make_place(VoxelPools& pools, const BlockCoord& block, Chunk** chunk) {
+  const ChunkCoord coord = parent_coord(block);
+  PoolIndex index = find_chunk(pools.store, coord);
+  if (index == kNoIndex) {
+    index = pools.chunks.try_acquire();
+    if (index == kNoIndex) return nullptr;
+    PoolIndex& bucket = buckets_[bucket_of(coord.x(), coord.y(), coord.z())];
+    Chunk& fresh = pools.store.chunk(index);
+    fresh.x = coord.x();
+    fresh.y = coord.y();
+    fresh.z = coord.z();
+    fresh.num_known = 0;
+    fresh.next_in_bucket = bucket;
+    fresh.next_in_volume = first_chunk_;
+    std::memset(fresh.places, 0, sizeof(fresh.places));
+    bucket = index;
+    first_chunk_ = index;
+    ++num_chunks_;
+  }
+  *chunk = &pools.store.chunk(index);
+  return &(*chunk)->places[index_in_block(block)];
+}
+
+Block* Volume::make_block(VoxelPools& pools, Chunk& chunk, std::uint32_t& place) {
+  if (has_block(place)) return &pools.store.block(block_index(place));
+  const PoolIndex index = pools.blocks.try_acquire();
+  if (index == kNoIndex) return nullptr;
+  Block& block = pools.store.block(index);
+  std::memset(block.voxels, uniform_value(place), sizeof(block.voxels));
+  set_place(chunk, place, kBlockFlag | index);
+  ++num_blocks_;
+  return &block;
+}
+
+void Volume::set_uniform(VoxelPools& pools, Chunk& chunk, std::uint32_t& place, LogOdds value) {
+  if (has_block(place)) {
+    pools.blocks.release(block_index(place));
+    --num_blocks_;
+  }
+  set_place(chunk, place, uniform_place(value));
+}
+
+bool Volume::settle_block(VoxelPools& pools, Chunk& chunk, std::uint32_t& place) {
+  if (!has_block(place)) return false;
+  const Block& block = pools.store.block(block_index(place));
+  const auto [lowest, highest] = std::minmax_element(std::begin(block.voxels), std::end(block.voxels));
+  const bool is_coarse = *highest < 0 || *lowest > 0 || (*lowest == 0 && *highest == 0);
+  if (!is_coarse) return false;
+  set_uniform(pools, chunk, place, *highest < 0 ? *highest : *lowest);
+  return true;
+}
+
+PoolIndex Volume::detach_block(Chunk& chunk, std::uint32_t& place) {
+  const PoolIndex index = block_index(place);
+  set_place(chunk, place, 0);
+  --num_blocks_;
+  return index;
+}
+
+void Volume::attach_block(Chunk& chunk, std::uint32_t& place, PoolIndex block) {
+  set_place(chunk, place, kBlockFlag | block);
+  ++num_blocks_;
+}
+
+void Volume::clear(VoxelPools& pools) {
+  for (PoolIndex index = first_chunk_; index != kNoIndex;) {
+    Chunk& chunk = pools.store.chunk(index);
+    for (const std::uint32_t place : chunk.places) {
+      if (has_block(place)) pools.blocks.release(block_index(place));
+    }
+    const PoolIndex next = chunk.next_in_volume;
+    pools.chunks.release(index);
+    index = next;
+  }
+  buckets_.fill(kNoIndex);
+  first_chunk_ = kNoIndex;
+  num_chunks_ = 0;
+  num_blocks_ = 0;
+}
+
+}  // namespace cloister
