@@ -74,7 +74,7 @@ class Volume {
     return static_cast<std::uint8_t>(value);
   }
   [[nodiscard]] static BlockView view_of(const VoxelStore& store, std::uint32_t place) {
-    return has_block(place) ? BlockView{&store.block(block_index(place)), kUnknown}
+    return has_block(place) ? BlockView{&store.block(block_index(place)), kUnknownLogOdds}
                             : BlockView{nullptr, uniform_value(place)};
   }
 

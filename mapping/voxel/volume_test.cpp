@@ -28,7 +28,7 @@ struct Fixture {
 
 TEST_CASE("a fresh volume knows nothing and owns only its table") {
   Fixture f;
-  CHECK(f.volume.at(f.store, {0, 0, 0}) == kUnknown);
+  CHECK(f.volume.at(f.store, {0, 0, 0}) == kUnknownLogOdds);
   CHECK(f.volume.bytes() == sizeof(Volume));
   CHECK(f.volume.view(f.store, {-5, 3, 7}).is_unknown());
 }
@@ -41,7 +41,7 @@ TEST_CASE("voxels on both sides of zero keep their own values") {
   CHECK(f.volume.at(f.store, {-1, -1, -1}) == 5);
   CHECK(f.volume.at(f.store, {0, 0, 0}) == -7);
   CHECK(f.volume.at(f.store, {-64, 63, -65}) == 9);
-  CHECK(f.volume.at(f.store, {1, 0, 0}) == kUnknown);
+  CHECK(f.volume.at(f.store, {1, 0, 0}) == kUnknownLogOdds);
 }
 
 TEST_CASE("random writes read back as in a plain map") {
@@ -62,7 +62,7 @@ TEST_CASE("random writes read back as in a plain map") {
   }
   std::size_t known = 0;
   f.volume.for_each_block(f.store, [&](const BlockCoord&, const BlockView& view) {
-    for (int i = 0; i < kBlockVoxels; ++i) known += view.at(i) != kUnknown;
+    for (int i = 0; i < kBlockVoxels; ++i) known += view.at(i) != kUnknownLogOdds;
   });
   std::size_t expected_known = 0;
   for (const auto& [key, log_odds] : expected) expected_known += log_odds != 0;
@@ -110,7 +110,7 @@ TEST_CASE("clearing returns every item to the pools") {
   CHECK(f.pools.blocks.num_free() == f.store.num_blocks());
   CHECK(f.pools.chunks.num_free() == f.store.num_chunks());
   CHECK(f.volume.bytes() == sizeof(Volume));
-  CHECK(f.volume.at(f.store, {0, 0, 0}) == kUnknown);
+  CHECK(f.volume.at(f.store, {0, 0, 0}) == kUnknownLogOdds);
 }
 
 TEST_CASE("a moved volume takes its content along") {

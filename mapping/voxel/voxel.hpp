@@ -12,7 +12,7 @@ namespace cloister {
 using LogOdds = std::int8_t;
 
 inline constexpr double kLogOddsStep = 0.05;  ///< one unit of LogOdds in natural log-odds
-inline constexpr LogOdds kUnknown = 0;
+inline constexpr LogOdds kUnknownLogOdds = 0;
 
 enum class VoxelState : std::uint8_t { kUnknown, kFree, kOccupied };
 
@@ -52,9 +52,9 @@ static_assert(sizeof(Block) == 512);
 /// What a block's place in a submap holds: nothing, one value for all 512 voxels (a coarse node), or a Block.
 struct BlockView {
   const Block* block = nullptr;  ///< the voxels, or null when all 512 are `uniform`
-  LogOdds uniform = kUnknown;
+  LogOdds uniform = kUnknownLogOdds;
 
-  [[nodiscard]] bool is_unknown() const { return block == nullptr && uniform == kUnknown; }
+  [[nodiscard]] bool is_unknown() const { return block == nullptr && uniform == kUnknownLogOdds; }
   [[nodiscard]] LogOdds at(int index) const { return block != nullptr ? block->voxels[index] : uniform; }
 };
 
