@@ -1,0 +1,24 @@
+#pragma once
+
+#include "mapping/mesh/triangle_mesh.hpp"
+#include "mapping/voxel/volume.hpp"
+
+namespace cloister {
+
+/// The surface between free and occupied space, by marching cubes (Lorensen and Cline 1987) on the
+/// zero crossing of the log-odds, over the lattice of voxel centres.
+///
+/// A cube with an unknown corner is skipped, so the surface is open where it runs into unknown
+/// space. Elsewhere it is watertight, across blocks and chunks too: one vertex per crossed lattice
+/// edge, two triangles per side (see cube_cases.hpp). Triangles are counter-clockwise seen from
+/// free space.
+///
+/// @param voxel_size_m  edge of a voxel
+/// @return vertices and triangles in S, in an order that depends on the volume's content only
+/// Threads: reads the volume; needs its owner's permission.
+/// Real-time: allocates; O(known blocks * log(known blocks)), voxels are only visited near a change
+/// of sign.
+[[nodiscard]] TriangleMesh extract_mesh(const VoxelStore& store, const Volume& volume,
+                                        double voxel_size_m);
+
+}  // namespace cloister
