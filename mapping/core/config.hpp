@@ -22,7 +22,7 @@ struct SpawnConfig {
   double min_overlap = 0.6;      ///< R_point at or below which a scan starts a new submap
   double filter_m = 0.25;        ///< r_filter: edge of the voxel filter of scan and submap cloud
   double cloud_lag_m = 2.0;      ///< a scan joins its submap's cloud once the sensor has moved this far from it
-  double max_correction_m = 0.065;  ///< a graph correction that shifts the present place further than this
+  double max_correction_m = 0.065;  ///< a graph correction that shifts the present place further starts a new submap
   double baseline_distance_m = 10.0;  ///< distance travelled per submap in baseline mode
 };
 
@@ -32,6 +32,7 @@ struct FusionConfig {
   double min_overlap_loop = 0.7;      ///< the same for the pair that a loop closure joins
   double max_sigma_m = 0.2;           ///< largest translational standard deviation between two roots
   double max_sigma_unlooped_m = 0.065;  ///< the same for pairs that no loop closure's range covers
+  double min_active_travel_m = 5.0;   ///< the active submap is closed at a loop closure once the sensor moved this far
   double default_information = 0.0;   ///< stands in for missing information matrices (1/m^2, 1/rad^2); 0 = refuse them
 };
 

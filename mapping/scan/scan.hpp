@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -55,6 +56,7 @@ struct Scan {
   // odometry frame while no graph is known (node == kNoNode).
   NodeId node = kNoNode;
   std::vector<PoseSample> poses;
+  std::optional<Pose> T_O_L;  ///< odometry at `stamp`, where there is odometry: tells a correction from motion
 
   /// Sizes the vectors for scans of up to `max_pixels` pixels or points, `max_columns` columns, `max_poses` samples.
   void reserve(std::size_t max_pixels, std::size_t max_columns, std::size_t max_poses) {

@@ -7,7 +7,7 @@
 
 #include "mapping/core/pose.hpp"
 #include "mapping/core/time.hpp"
-#include "mapping/graph/pose_graph.hpp"
+#include "mapping/graph/graph_revision.hpp"
 #include "mapping/voxel/volume.hpp"
 
 namespace cloister {
@@ -18,17 +18,35 @@ inline constexpr SubmapId kNoSubmap = -1;
 
 /// A rigid occupancy volume, anchored to a node of the pose graph.
 ///
-/// Its frame S is parallel to M's axes, with its origin on M's voxel grid, at the time it was spawned; afterwards it
-/// moves rigidly with its root node: T_M_S = T_M_root * T_root_S.
+/// Its frame S is parallel to M's axes, with its origin on M's grid of blocks, at the time it was spawned; afterwards
+/// it moves rigidly with its root node: T_M_S = T_M_root * T_root_S. Voxels never move inside S.
+///
+/// Slots of this type are allocated once; the mapper fills the scalar members and the volume, and whoever keeps the
+/// books fills the vectors when the submap is finished.
 struct Submap {
   SubmapId id = kNoSubmap;
-  std::vector<SubmapId> merged_from;  ///< ids that were fused into this one, ascending, without its own
-  NodeId root = kNoNode;              ///< kNoNode while no graph is known: then T_root_S is T_O_S
+  NodeId root = kNoNode;         ///< kNoNode while no graph is known: then T_M_S is T_O_S
+  SensorTime spawned;            ///< stamp of its first scan
   Pose T_root_S = Pose::Identity();
-  Pose T_M_S = Pose::Identity();      ///< as of the newest graph revision
+  Pose T_M_S = Pose::Identity(); ///< as of the newest graph revision applied
+  NodeId first_node = kNoNode;   ///< lowest and highest node whose scans it holds
+  NodeId last_node = kNoNode;
+  Volume volume;
+
+  std::vector<SubmapId> merged_from;  ///< ids that were fused into this one, ascending, without its own
   std::vector<NodeId> nodes;          ///< nodes whose scans it holds, ascending
   std::vector<SensorTime> scan_stamps;
-  Volume volume;
+
+  /// Extends the range of nodes; kNoNode is ignored. No allocation.
+  void note_node(NodeId node);
+  /// Makes an unused slot of this one. The volume must have been cleared.
+  void reset();
 };
+
+/// Moves the submap to where a graph revision puts its root. A submap without a root is bound to the node nearest in
+/// time to its first scan whose odometry is known. A root that the revision does not have leaves the submap in place.
+/// @return false when the root is missing from the revision
+/// No allocation; O(log nodes), O(nodes) for the first binding.
+bool apply_graph(Submap& submap, const GraphRevision& revision);
 
 }  // namespace cloister

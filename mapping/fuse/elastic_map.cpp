@@ -1,0 +1,213 @@
+#include "mapping/fuse/elastic_map.hpp"
+
+#include <algorithm>
+
+#include "mapping/fuse/fuser.hpp"
+#include "mapping/overlap/convex_overlap.hpp"
+#include "mapping/overlap/oriented_box.hpp"
+
+namespace cloister {
+namespace {
+
+/// A comparison stands as long as the pair has moved less than half a voxel against each other anywhere in reach.
+constexpr double kMaxMoveVox = 0.5;
+
+double largest_move_m(const Pose& T_before, const Pose& T_now, const Eigen::AlignedBox3d& bounds) {
+  double move_m = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Vector3d p = bounds.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+    move_m = std::max(move_m, (T_before * p - T_now * p).norm());
+  }
+  return move_m;
+}
+
+}  // namespace
+
+ElasticMap::ElasticMap(const Config& config, VoxelStore& store) : config_(config), store_(store), pools_(store) {}
+
+void ElasticMap::refresh(Entry& entry) {
+  ++entry.version;
+  entry.bounds_S = known_bounds(store_, entry.submap->volume, config_.voxel.voxel_size_m);
+}
+
+void ElasticMap::add(Submap* submap) {
+  if (revision_ != nullptr) apply_graph(*submap, *revision_);
+  Entry& entry = entries_[submap->id];
+  entry.submap = submap;
+  refresh(entry);
+  root_at_spawn_.emplace(submap->id, submap->root);
+  if (submap->first_node == kNoNode) return;
+  // A node's scans can straddle two submaps: the first one was there when the node was made.
+  for (NodeId node = submap->first_node; node <= submap->last_node; ++node) node_owner_.emplace(node, submap->id);
+}
+
+Submap* ElasticMap::lend(SubmapId id) {
+  const auto it = entries_.find(survivor(id));
+  if (it == entries_.end()) return nullptr;
+  return std::exchange(it->second.submap, nullptr);
+}
+
+int ElasticMap::set_graph(const GraphRevision* revision) {
+  revision_ = revision;
+  uncertainty_.reset();
+  uncertainty_failed_ = false;
+  int num_lost = 0;
+  for (auto& [id, entry] : entries_) {
+    if (entry.submap != nullptr) num_lost += !apply_graph(*entry.submap, *revision);
+  }
+  note_loops(*revision);
+  return num_lost;
+}
+
+void ElasticMap::note_loops(const GraphRevision& revision) {
+  for (const std::size_t i : revision.new_loops) {
+    const GraphEdge& edge = revision.graph.edges[i];
+    loops_.emplace_back(std::minmax(edge.from, edge.to));
+  }
+  if (revision.new_loops.empty()) return;
+  // A loop closure changes the uncertainty of every pair: what was refused may be asked again.
+  for (auto& [pair, comparison] : comparisons_) comparison.is_judged = false;
+}
+
+SubmapId ElasticMap::survivor(SubmapId id) const {
+  for (auto it = fused_into_.find(id); it != fused_into_.end(); it = fused_into_.find(id)) id = it->second;
+  return id;
+}
+
+bool ElasticMap::joined_by_loop(SubmapId a, SubmapId b) const {
+  return std::any_of(loops_.begin(), loops_.end(), [&](const auto& loop) {
+    const auto older = node_owner_.find(loop.first);
+    const auto newer = node_owner_.find(loop.second);
+    if (older == node_owner_.end() || newer == node_owner_.end()) return false;
+    return std::minmax(survivor(older->second), survivor(newer->second)) == std::minmax(a, b);
+  });
+}
+
+bool ElasticMap::covered_by_loop(NodeId root_a, NodeId root_b) const {
+  const auto [older_root, newer_root] = std::minmax(root_a, root_b);
+  return std::any_of(loops_.begin(), loops_.end(), [&, older = older_root, newer = newer_root](const auto& loop) {
+    // The range begins with the submap that holds the loop's older end, so with that submap's root.
+    const auto owner = node_owner_.find(loop.first);
+    const auto root = owner == node_owner_.end() ? root_at_spawn_.end() : root_at_spawn_.find(owner->second);
+    const NodeId begin = root == root_at_spawn_.end() ? loop.first : std::min(loop.first, root->second);
+    return begin <= older && newer <= loop.second;
+  });
+}
+
+bool ElasticMap::may_overlap_enough(const Entry& a, const Entry& b) const {
+  if (a.bounds_S.isEmpty() || b.bounds_S.isEmpty()) return false;
+  const OrientedBox box_a = oriented_box(a.bounds_S, a.submap->T_M_S);
+  const OrientedBox box_b = oriented_box(b.bounds_S, b.submap->T_M_S);
+  const auto [ratio_a, ratio_b] = aabb_overlap_ratios(bounds_in_map(box_a), bounds_in_map(box_b));
+  const double least = std::min(config_.fusion.min_overlap, config_.fusion.min_overlap_loop);
+  return std::max(ratio_a, ratio_b) >= least && !boxes_disjoint(box_a, box_b);
+}
+
+bool ElasticMap::is_current(const Comparison& comparison, const Entry& a, const Entry& b) const {
+  const Pose T_b_a = b.submap->T_M_S.inverse() * a.submap->T_M_S;
+  return comparison.version_a == a.version && comparison.version_b == b.version &&
+         largest_move_m(comparison.T_b_a, T_b_a, a.bounds_S) < kMaxMoveVox * config_.voxel.voxel_size_m;
+}
+
+std::vector<PairCheck> ElasticMap::plan_checks() {
+  std::vector<PairCheck> checks;
+  for (auto a = entries_.begin(); a != entries_.end(); ++a) {
+    for (auto b = std::next(a); b != entries_.end(); ++b) {
+      if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
+      const auto known = comparisons_.find({a->first, b->first});
+      if (known != comparisons_.end() && is_current(known->second, a->second, b->second)) continue;
+      const bool is_wanted = config_.baseline ? joined_by_loop(a->first, b->first)
+                                              : may_overlap_enough(a->second, b->second);
+      if (known != comparisons_.end()) comparisons_.erase(known);
+      if (!is_wanted) continue;
+      checks.push_back({a->second.submap, b->second.submap,
+                        b->second.submap->T_M_S.inverse() * a->second.submap->T_M_S, {}});
+    }
+  }
+  return checks;
+}
+
+void ElasticMap::record(const PairCheck& checked) {
+  comparisons_[{checked.a->id, checked.b->id}] = {entries_.at(checked.a->id).version, entries_.at(checked.b->id).version,
+                                                  checked.T_b_a, checked.overlap, false};
+}
+
+std::optional<FusionCandidate> ElasticMap::next_candidate() {
+  for (auto& [pair, comparison] : comparisons_) {
+    const auto a = entries_.find(pair.first);
+    const auto b = entries_.find(pair.second);
+    if (comparison.is_judged || a == entries_.end() || b == entries_.end()) continue;
+    if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
+    if (!is_current(comparison, a->second, b->second)) continue;
+    const bool by_loop = joined_by_loop(pair.first, pair.second);
+    const double least = by_loop ? config_.fusion.min_overlap_loop : config_.fusion.min_overlap;
+    const double larger_ratio = std::max(comparison.overlap.ratio_a(), comparison.overlap.ratio_b());
+    if (!config_.baseline && larger_ratio < least) continue;
+    comparison.is_judged = true;
+    return FusionCandidate{pair.first, pair.second, by_loop, comparison.overlap};
+  }
+  return std::nullopt;
+}
+
+Judgement ElasticMap::judge(const FusionCandidate& candidate) {
+  if (config_.baseline) return {true, std::nullopt, 0};
+  const NodeId root_a = entries_.at(candidate.a).submap->root;
+  const NodeId root_b = entries_.at(candidate.b).submap->root;
+  Judgement judgement;
+  judgement.limit_m = candidate.by_loop || covered_by_loop(root_a, root_b) ? config_.fusion.max_sigma_m
+                                                                           : config_.fusion.max_sigma_unlooped_m;
+  if (root_a != kNoNode && root_a == root_b) {
+    judgement.sigma_m = {0, 0, 0};
+  } else if (revision_ != nullptr && !uncertainty_failed_) {
+    if (!uncertainty_) {
+      auto built = RelativeUncertainty::build(revision_->graph);
+      if (built) {
+        uncertainty_ = std::move(*built);
+      } else {
+        uncertainty_failed_ = true;
+      }
+    }
+    if (uncertainty_) judgement.sigma_m = uncertainty_->larger_sigma_m(root_a, root_b);
+  }
+  judgement.is_accepted = judgement.sigma_m && (*judgement.sigma_m)[2] <= judgement.limit_m;
+  return judgement;
+}
+
+Submap* ElasticMap::fuse(const FusionCandidate& candidate) {
+  Entry& a = entries_.at(candidate.a);
+  const auto b_entry = entries_.find(candidate.b);
+  Submap* b = b_entry->second.submap;
+  const Pose T_b_a = b->T_M_S.inverse() * a.submap->T_M_S;
+  if (!fuse_volume(b->volume, T_b_a, config_.voxel, pools_, a.submap->volume)) return nullptr;
+
+  a.submap->merged_from.push_back(b->id);
+  a.submap->merged_from.insert(a.submap->merged_from.end(), b->merged_from.begin(), b->merged_from.end());
+  std::sort(a.submap->merged_from.begin(), a.submap->merged_from.end());
+  a.submap->note_node(b->first_node);
+  a.submap->note_node(b->last_node);
+  refresh(a);
+  b->volume.clear(pools_);
+  b->reset();
+  entries_.erase(b_entry);
+  fused_into_[candidate.b] = candidate.a;
+  std::erase_if(comparisons_, [&](const auto& item) {
+    return item.first.first == candidate.b || item.first.second == candidate.b;
+  });
+  return b;
+}
+
+std::vector<const Submap*> ElasticMap::submaps() const {
+  std::vector<const Submap*> all;
+  for (const auto& [id, entry] : entries_) {
+    if (entry.submap != nullptr) all.push_back(entry.submap);
+  }
+  return all;
+}
+
+std::int64_t ElasticMap::map_bytes() const {
+  std::int64_t bytes = 0;
+  for (const Submap* submap : submaps()) bytes += static_cast<std::int64_t>(submap->volume.bytes());
+  return bytes;
+}
+
+}  // namespace cloister

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "mapping/core/config.hpp"
+#include "mapping/graph/graph_revision.hpp"
+#include "mapping/graph/relative_uncertainty.hpp"
+#include "mapping/overlap/voxel_overlap.hpp"
+#include "mapping/submap/submap.hpp"
+
+namespace cloister {
+
+/// One exact comparison that the overlap worker is asked for, and its answer.
+struct PairCheck {
+  const Submap* a = nullptr;  ///< the one with the smaller id
+  const Submap* b = nullptr;
+  Pose T_b_a = Pose::Identity();
+  VoxelOverlap overlap;       ///< filled by the worker
+};
+
+/// A pair whose overlap is large enough to become one submap, if the graph is certain enough.
+struct FusionCandidate {
+  SubmapId a = kNoSubmap;  ///< the smaller id: it stays
+  SubmapId b = kNoSubmap;
+  bool by_loop = false;    ///< a loop closure joins the two
+  VoxelOverlap overlap;
+};
+
+/// The graph's word on a candidate.
+struct Judgement {
+  bool is_accepted = false;
+  std::optional<std::array<double, 3>> sigma_m;  ///< translational standard deviations, ascending, metres
+  double limit_m = 0;
+};
+
+/// The finished submaps and what is to become of them: which pairs to compare, which to fuse (paper, section III-B
+/// and III-C).
+///
+/// A pair is compared when both the axis-aligned boxes of what they know overlap enough and the oriented boxes touch,
+/// and again only after one of them, or their relative pose, has changed. A pair that overlaps enough is fused when
+/// the standard deviation between their roots is within `max_sigma_m`, provided that a loop closure's range covers
+/// both roots; without one, the graph must know their place to `max_sigma_unlooped_m`.
+///
+/// Threads: one owner (the fusion scheduler). Submaps are lent to the overlap worker between `plan_checks` and
+/// `record`, and must not be fused meanwhile. Allocates. The same calls give the same result.
+class ElasticMap {
+ public:
+  ElasticMap(const Config& config, VoxelStore& store);
+
+  [[nodiscard]] VoxelPools& pools() { return pools_; }
+
+  /// Takes over a finished submap.
+  void add(Submap* submap);
+  /// Gives a submap back to the mapper that goes on in it; null when it no longer exists.
+  [[nodiscard]] Submap* lend(SubmapId id);
+  /// Moves all submaps to a new revision, and notes its loop closures. The revision must live until the next one.
+  /// @return number of submaps whose root the revision does not have
+  int set_graph(const GraphRevision* revision);
+
+  /// Pairs that need an exact comparison now, by ascending ids. Call after every `add`, `set_graph` and fusion until
+  /// nothing comes any more.
+  [[nodiscard]] std::vector<PairCheck> plan_checks();
+  void record(const PairCheck& checked);
+  /// The next pair to judge, or nothing. Each pair comes once a comparison and, if refused, once a loop closure.
+  [[nodiscard]] std::optional<FusionCandidate> next_candidate();
+  [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
+  /// Makes b part of a. @return b's slot, emptied, or null (nothing changed) when the pools are too small
+  [[nodiscard]] Submap* fuse(const FusionCandidate& candidate);
+
+  /// The submap that an id has become by fusions so far.
+  [[nodiscard]] SubmapId survivor(SubmapId id) const;
+  /// True when a loop closure joins the two.
+  [[nodiscard]] bool joined_by_loop(SubmapId a, SubmapId b) const;
+  [[nodiscard]] std::vector<const Submap*> submaps() const;
+  [[nodiscard]] std::int64_t map_bytes() const;
+
+ private:
+  struct Entry {
+    Submap* submap = nullptr;
+    std::uint32_t version = 0;    ///< grows whenever its voxels change
+    Eigen::AlignedBox3d bounds_S; ///< of what it knows
+  };
+  /// What is known about a pair, until one of both changes.
+  struct Comparison {
+    std::uint32_t version_a = 0, version_b = 0;
+    Pose T_b_a = Pose::Identity();
+    VoxelOverlap overlap;
+    bool is_judged = false;
+  };
+  using Pair = std::pair<SubmapId, SubmapId>;
+
+  [[nodiscard]] bool may_overlap_enough(const Entry& a, const Entry& b) const;
+  [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
+  [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
+  void note_loops(const GraphRevision& revision);
+  void refresh(Entry& entry);
+
+  Config config_;
+  VoxelStore& store_;
+  VoxelPools pools_;
+  const GraphRevision* revision_ = nullptr;
+  std::optional<RelativeUncertainty> uncertainty_;  ///< of revision_, made when first needed
+  bool uncertainty_failed_ = false;
+  std::map<SubmapId, Entry> entries_;
+  std::map<Pair, Comparison> comparisons_;
+  std::map<SubmapId, SubmapId> fused_into_;
+  std::map<NodeId, SubmapId> node_owner_;           ///< the first submap that holds a node's scans
+  std::map<SubmapId, NodeId> root_at_spawn_;
+  std::vector<std::pair<NodeId, NodeId>> loops_;    ///< all loop closures so far, (older, newer)
+};
+
+}  // namespace cloister

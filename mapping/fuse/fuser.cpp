@@ -1,0 +1,88 @@
+#include "mapping/fuse/fuser.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "mapping/integrate/scan_integrator.hpp"
+#include "mapping/overlap/block_sampler.hpp"
+
+namespace cloister {
+namespace {
+
+bool precedes(const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
+  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+}
+
+void sort_unique(std::vector<Eigen::Vector3i>& coords) {
+  std::sort(coords.begin(), coords.end(), precedes);
+  coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
+}
+
+/// Blocks of `into` that something known in `from` reaches, in a fixed order.
+std::vector<BlockCoord> blocks_reached(const VoxelStore& store, const Volume& from, const Pose& T_into_from,
+                                       double voxel_size_m) {
+  std::vector<BlockCoord> reached;
+  from.for_each_block(store, [&](const BlockCoord& coord, const BlockView&) {
+    const BlockRange range = blocks_under(coord, T_into_from, voxel_size_m);
+    for (int z = range.low.z(); z <= range.high.z(); ++z) {
+      for (int y = range.low.y(); y <= range.high.y(); ++y) {
+        for (int x = range.low.x(); x <= range.high.x(); ++x) reached.push_back({x, y, z});
+      }
+    }
+  });
+  sort_unique(reached);
+  return reached;
+}
+
+/// An upper bound of what the fusion takes from the pools, against what they have.
+bool has_room(const std::vector<BlockCoord>& reached, const VoxelPools& pools, const Volume& into,
+              BlockSampler& sampler) {
+  std::size_t new_blocks = 0;
+  std::vector<ChunkCoord> new_chunks;
+  for (const BlockCoord& coord : reached) {
+    const std::optional<LogOdds> under = sampler.gather(coord);
+    if (under && *under == kUnknownLogOdds) continue;
+    if (into.find_chunk(pools.store, parent_coord(coord)) == kNoIndex) new_chunks.push_back(parent_coord(coord));
+    new_blocks += !under && into.view(pools.store, coord).block == nullptr;
+  }
+  sort_unique(new_chunks);
+  return new_blocks <= pools.blocks.num_free() && new_chunks.size() <= pools.chunks.num_free();
+}
+
+}  // namespace
+
+bool fuse_volume(const Volume& from, const Pose& T_from_into, const VoxelConfig& config, VoxelPools& pools,
+                 Volume& into) {
+  const int lowest = log_odds_steps(config.log_odds_min);
+  const int highest = log_odds_steps(config.log_odds_max);
+  const std::vector<BlockCoord> reached =
+      blocks_reached(pools.store, from, T_from_into.inverse(), config.voxel_size_m);
+  BlockSampler sampler(pools.store, from, T_from_into, config.voxel_size_m);
+  if (!has_room(reached, pools, into, sampler)) return false;
+
+  for (const BlockCoord& coord : reached) {
+    const std::optional<LogOdds> under = sampler.gather(coord);
+    if (under && *under == kUnknownLogOdds) continue;
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = into.make_place(pools, coord, &chunk);
+    if (under && !Volume::has_block(*place)) {
+      into.set_uniform(pools, *chunk, *place,
+                       add_log_odds(Volume::uniform_value(*place), *under, lowest, highest));
+      continue;
+    }
+    Block* block = into.make_block(pools, *chunk, *place);
+    for (int z = 0; z < kBlockEdge; ++z) {
+      for (int y = 0; y < kBlockEdge; ++y) {
+        for (int x = 0; x < kBlockEdge; ++x) {
+          const LogOdds evidence = under ? *under : sampler.at(x, y, z);
+          LogOdds& voxel = block->voxels[index_in_block(x, y, z)];
+          if (evidence != kUnknownLogOdds) voxel = add_log_odds(voxel, evidence, lowest, highest);
+        }
+      }
+    }
+    into.settle_block(pools, *chunk, *place);
+  }
+  return true;
+}
+
+}  // namespace cloister

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "mapping/core/pose.hpp"
+#include "mapping/voxel/volume.hpp"
+
+namespace cloister {
+
+/// Looks up voxels of a volume B at the places of another grid A, block by block: the nearest voxel of B for each voxel
+/// centre of A. A block of A reaches into at most 3x3x3 blocks of B, which `gather` fetches once.
+///
+/// When both grids agree (no rotation, whole voxels apart) the lookup is exact.
+class BlockSampler {
+ public:
+  /// @param T_B_A  pose of A's frame in B's, metres
+  BlockSampler(const VoxelStore& store, const Volume& volume_B, const Pose& T_B_A, double voxel_size_m);
+
+  /// Fetches what lies under a block of A.
+  /// @return the one value that B has everywhere under it, when B is uniform there
+  std::optional<LogOdds> gather(const BlockCoord& block_A);
+
+  /// B's value under a voxel of the gathered block; x, y, z in 0..7.
+  [[nodiscard]] LogOdds at(int x, int y, int z) const {
+    const Eigen::Vector3f p_B = base_ + axis_x_ * static_cast<float>(x) + axis_y_ * static_cast<float>(y) +
+                                axis_z_ * static_cast<float>(z);
+    const VoxelCoord v(static_cast<int>(std::floor(p_B.x())), static_cast<int>(std::floor(p_B.y())),
+                       static_cast<int>(std::floor(p_B.z())));
+    const int index = ((v.x() >> kBlockShift) - low_.x()) +
+                      size_.x() * (((v.y() >> kBlockShift) - low_.y()) + size_.y() * ((v.z() >> kBlockShift) - low_.z()));
+    return views_[index].at(index_in_block(v));
+  }
+
+ private:
+  const VoxelStore& store_;
+  const Volume& volume_;
+  Eigen::Vector3f axis_x_, axis_y_, axis_z_;  ///< steps in B (voxels) for one voxel along A's axes
+  Eigen::Matrix3d R_B_A_;
+  Eigen::Vector3d offset_;                    ///< A's origin in B, voxels
+  Eigen::Vector3f base_;                      ///< centre of the gathered block's first voxel, voxels of B
+  BlockCoord low_;
+  Eigen::Vector3i size_;
+  std::array<BlockView, 64> views_;
+};
+
+/// Blocks of B that a block of A can reach into: inclusive bounds.
+struct BlockRange {
+  BlockCoord low;
+  BlockCoord high;
+};
+[[nodiscard]] BlockRange blocks_under(const BlockCoord& block_A, const Pose& T_B_A, double voxel_size_m);
+
+}  // namespace cloister

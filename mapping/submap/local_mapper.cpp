@@ -1,0 +1,157 @@
+#include "mapping/submap/local_mapper.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace cloister {
+namespace {
+
+// A rotation is felt at a distance: this far from the sensor stands most of what a room's scan sees.
+constexpr double kCorrectionLeverM = 5.0;
+
+/// How far a rigid change moves what the sensor sees around it, metres.
+double displacement_m(const Pose& T_before_after) {
+  const double angle_rad = Eigen::AngleAxisd(T_before_after.linear()).angle();
+  return T_before_after.translation().norm() + kCorrectionLeverM * std::abs(angle_rad);
+}
+
+}  // namespace
+
+LocalMapper::LocalMapper(const Config& config, VoxelStore& store)
+    : config_(config),
+      pools_(store),
+      integrator_(config.voxel),
+      bundle_(static_cast<std::size_t>(config.scan.max_points)),
+      cloud_(config.spawn, static_cast<std::size_t>(config.memory.max_cloud_points)) {
+  spare_slots_.reserve(static_cast<std::size_t>(config.memory.max_submaps));
+}
+
+bool LocalMapper::set_graph(const GraphRevision* revision) {
+  revision_ = revision;
+  if (active_ == nullptr) return false;
+  apply_graph(*active_, *revision);
+  if (travel_m_ < config_.fusion.min_active_travel_m || active_->first_node == kNoNode) return false;
+  return std::any_of(revision->new_loops.begin(), revision->new_loops.end(), [&](std::size_t i) {
+    const GraphEdge& edge = revision->graph.edges[i];
+    return std::min(edge.from, edge.to) < active_->first_node && std::max(edge.from, edge.to) >= active_->first_node;
+  });
+}
+
+Submap* LocalMapper::close(SpawnReason next_reason) {
+  next_reason_ = next_reason;
+  last_.is_valid = false;
+  return std::exchange(active_, nullptr);
+}
+
+Submap* LocalMapper::adopt(Submap* fused, const Pose& T_S_closed) {
+  if (revision_ != nullptr) apply_graph(*fused, *revision_);
+  Submap* meanwhile = active_;
+  T_S_C_ = (meanwhile != nullptr ? Pose(fused->T_M_S.inverse() * meanwhile->T_M_S) : T_S_closed) * T_S_C_;
+  active_ = fused;
+  last_.is_valid = false;
+  travel_m_ = 0;
+  return meanwhile;
+}
+
+bool LocalMapper::place(const Scan& scan, ScanOutcome& outcome) {
+  outcome = {};
+  if (scan.poses.empty() || !is_finite(scan.poses.front().T_R_L)) {
+    outcome.refusal = ScanRefusal::kNoPose;
+    return false;
+  }
+  T_M_R_ = Pose::Identity();
+  if (scan.node != kNoNode) {
+    const GraphNode* node = revision_ != nullptr ? revision_->node(scan.node) : nullptr;
+    if (node == nullptr) {
+      outcome.refusal = ScanRefusal::kUnknownNode;
+      return false;
+    }
+    T_M_R_ = node->T_M_N;
+  }
+  std::size_t hint = 0;
+  T_R_L_ = pose_at(scan.poses, scan.stamp, hint);
+  T_M_L_ = T_M_R_ * T_R_L_;
+  outcome.T_M_L = T_M_L_;
+  outcome.node = scan.node;
+  if (active_ != nullptr) {
+    outcome.returns_declined = bundle_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
+  }
+  return true;
+}
+
+double LocalMapper::present_shift_m(const Scan& scan) const {
+  if (!last_.is_valid) return 0;
+  if (last_.T_O_L && scan.T_O_L) {
+    const Pose T_S_L_expected = last_.T_S_L * last_.T_O_L->inverse() * *scan.T_O_L;
+    return displacement_m(T_S_L_expected.inverse() * T_S_L());
+  }
+  const GraphNode* node = revision_ != nullptr ? revision_->node(last_.node) : nullptr;
+  if (node == nullptr) return 0;
+  return displacement_m(last_.T_S_L.inverse() * active_->T_M_S.inverse() * node->T_M_N * last_.T_R_L);
+}
+
+void LocalMapper::filter_cloud() { cloud_.filter(bundle_, T_S_C_.inverse().cast<float>()); }
+
+bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
+  if (active_ == nullptr) return spawn(scan, next_reason_, outcome);
+  const double moved_m = last_.is_valid ? (last_.T_S_L.inverse() * T_S_L()).translation().norm() : 0;
+  travel_m_ += moved_m;
+  if (present_shift_m(scan) > config_.spawn.max_correction_m) return spawn(scan, SpawnReason::kCorrection, outcome);
+  if (config_.baseline) {
+    return travel_m_ < config_.spawn.baseline_distance_m || spawn(scan, SpawnReason::kDistance, outcome);
+  }
+  filter_cloud();
+  cloud_.advance(travel_m_);
+  outcome.overlap_ratio = cloud_.overlap();
+  if (outcome.overlap_ratio <= config_.spawn.min_overlap) return spawn(scan, SpawnReason::kOverlap, outcome);
+  // One cloud a node is far from its neighbours already; scans of a turning sensor are not.
+  if (scan.kind == Scan::Kind::kCloud) {
+    cloud_.add_now();
+  } else {
+    cloud_.add(travel_m_);
+  }
+  return true;
+}
+
+bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outcome) {
+  if (spare_slots_.empty()) {
+    outcome.refusal = ScanRefusal::kNoSubmapSlot;
+    return active_ != nullptr;  // going on in the old submap is better than losing the scan
+  }
+  outcome.finished = active_;
+  outcome.spawned = reason;
+  active_ = spare_slots_.back();
+  spare_slots_.pop_back();
+  active_->id = next_id_++;
+  active_->root = scan.node;
+  active_->spawned = scan.stamp;
+  // Parallel to M and on its grid of blocks: submaps that no correction moves apart share one grid.
+  const double grid_m = config_.voxel.voxel_size_m * kBlockEdge;
+  active_->T_M_S = Pose::Identity();
+  active_->T_M_S.translation() = (T_M_L_.translation() / grid_m).array().round().matrix() * grid_m;
+  active_->T_root_S = T_M_R_.inverse() * active_->T_M_S;
+
+  travel_m_ = 0;
+  T_S_C_ = Pose::Identity();
+  outcome.returns_declined = bundle_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
+  if (!config_.baseline) {
+    filter_cloud();
+    cloud_.restart();
+  }
+  return true;
+}
+
+void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
+  outcome.refusal = ScanRefusal::kNone;
+  outcome.submap = active_->id;
+  outcome.num_returns = bundle_.num_returns();
+  active_->note_node(scan.node);
+  const Pose T_S_L_now = T_S_L();
+  const IntegrationResult result =
+      integrator_.integrate(bundle_, T_S_L_now.translation().cast<float>(), pools_, active_->volume);
+  outcome.voxels_declined = result.voxels_declined;
+  last_ = {true, scan.node, T_S_L_now, T_R_L_, scan.T_O_L};
+}
+
+}  // namespace cloister

@@ -1,0 +1,47 @@
+#include "mapping/submap/submap.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace cloister {
+
+void Submap::note_node(NodeId node) {
+  if (node == kNoNode) return;
+  first_node = first_node == kNoNode ? node : std::min(first_node, node);
+  last_node = std::max(last_node, node);
+}
+
+void Submap::reset() {
+  id = kNoSubmap;
+  root = first_node = last_node = kNoNode;
+  spawned = {};
+  T_root_S = T_M_S = Pose::Identity();
+  merged_from.clear();
+  nodes.clear();
+  scan_stamps.clear();
+}
+
+bool apply_graph(Submap& submap, const GraphRevision& revision) {
+  if (submap.root == kNoNode) {
+    const auto& nodes = revision.graph.nodes;
+    std::ptrdiff_t nearest = -1;
+    std::int64_t nearest_ns = 0;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      if (!revision.T_O_N[i]) continue;
+      const std::int64_t distance_ns = std::abs((nodes[i].stamp - submap.spawned).ns);
+      if (nearest >= 0 && distance_ns >= nearest_ns) continue;
+      nearest = static_cast<std::ptrdiff_t>(i);
+      nearest_ns = distance_ns;
+    }
+    if (nearest < 0) return false;
+    submap.root = nodes[nearest].id;
+    submap.T_root_S = revision.T_O_N[nearest]->inverse() * submap.T_M_S;
+    submap.note_node(submap.root);
+  }
+  const GraphNode* root = revision.node(submap.root);
+  if (root == nullptr) return false;
+  submap.T_M_S = root->T_M_N * submap.T_root_S;
+  return true;
+}
+
+}  // namespace cloister

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "mapping/core/config.hpp"
+#include "mapping/scan/deskew.hpp"
+#include "mapping/submap/point_grid.hpp"
+
+namespace cloister {
+
+/// The accumulated, voxel-filtered cloud of the active submap, and how much of a scan it already contains
+/// (paper, section III-A, "cloud overlap estimate").
+///
+/// A scan joins the cloud only when the sensor has moved `cloud_lag_m` on: scans follow each other every few
+/// centimetres, and one compared with a cloud that holds its direct predecessor would always overlap. The lag stands
+/// for the distance between graph nodes in the paper, but does not depend on where the nodes happen to lie: every
+/// doorway is judged alike.
+///
+/// Threads: one owner. Real-time: no allocation after construction.
+class SubmapCloud {
+ public:
+  SubmapCloud(const SpawnConfig& config, std::size_t max_points);
+
+  /// Voxel-filters the returns of a scan; what follows refers to them.
+  /// @param T_C_S  takes the bundle's frame to the cloud's
+  void filter(const RayBundle& bundle, const Eigen::Isometry3f& T_C_S);
+  /// R_point: share of the filtered scan's points whose nearest point of the cloud is closer than sqrt(3) x filter.
+  /// 1 for a scan without points: it cannot ask for a new submap.
+  [[nodiscard]] double overlap() const;
+  /// Empties the cloud and begins it with the filtered scan.
+  void restart();
+  /// Hands the filtered scan in for later. @param travel_m  way of the sensor so far
+  void add(double travel_m);
+  /// Adds the filtered scan at once.
+  void add_now();
+  /// Adds what the sensor has left `cloud_lag_m` behind.
+  void advance(double travel_m);
+
+  [[nodiscard]] std::size_t num_points() const { return cloud_.size(); }
+  [[nodiscard]] std::size_t bytes() const;
+
+ private:
+  struct Pending {
+    double travel_m = 0;
+    std::vector<Eigen::Vector3f> points;
+  };
+
+  double lag_m_;
+  PointGrid cloud_;
+  PointGrid scan_filter_;
+  std::vector<Eigen::Vector3f> filtered_;
+  std::vector<Pending> pending_;  ///< ring, oldest at pending_begin_
+  std::size_t pending_begin_ = 0;
+  std::size_t pending_count_ = 0;
+};
+
+}  // namespace cloister
