@@ -1,0 +1,75 @@
+#include "firmware_interface/map/map_query.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace cloister {
+
+void EvidenceSum::add(LogOdds log_odds, SubmapId submap) {
+  if (log_odds == kUnknownLogOdds) return;
+  sum_ += log_odds;
+  if (submap_ == kNoSubmap || std::abs(int{log_odds}) > std::abs(int{strongest_})) {
+    strongest_ = log_odds;
+    submap_ = submap;
+  }
+}
+
+QueryAnswer EvidenceSum::answer(LogOdds lowest, LogOdds highest) const {
+  if (submap_ == kNoSubmap) return {};
+  const int sum = sum_ != 0 ? sum_ : strongest_ < 0 ? -1 : 1;
+  const auto log_odds = static_cast<LogOdds>(std::clamp<int>(sum, lowest, highest));
+  return {state_of(log_odds), log_odds, submap_};
+}
+
+LogOdds log_odds_steps(double natural_log_odds) {
+  return static_cast<LogOdds>(
+      std::lround(std::clamp(natural_log_odds / kLogOddsStep, -127.0, 127.0)));
+}
+
+Eigen::AlignedBox3d known_box_S(const VoxelStore& store, const Volume& volume,
+                                double voxel_size_m) {
+  Eigen::AlignedBox3d box_S;
+  const double edge_m = kBlockEdge * voxel_size_m;
+  volume.for_each_block(store, [&](const BlockCoord& block, const BlockView&) {
+    const Eigen::Vector3d low = block.cast<double>();
+    box_S.extend(low * edge_m);
+    box_S.extend((low.array() + 1.0).matrix() * edge_m);
+  });
+  return box_S;
+}
+
+MapQuery::MapQuery(const MapView& map)
+    : info_(map.info),
+      lowest_(log_odds_steps(map.info.log_odds_min)),
+      highest_(log_odds_steps(map.info.log_odds_max)),
+      store_(map.store) {
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(info_.voxel_size_m);
+  for (const Submap* submap : sorted_submaps(map)) {
+    const Eigen::AlignedBox3d box_S = known_box_S(*store_, submap->volume, info_.voxel_size_m);
+    if (box_S.isEmpty()) continue;
+    Eigen::AlignedBox3d box_M;
+    for (int corner = 0; corner < 8; ++corner) {
+      box_M.extend(submap->T_M_S *
+                   box_S.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)));
+    }
+    // A point on the very border may round to either side on its way through T_S_M.
+    box_M.min() -= margin;
+    box_M.max() += margin;
+    entries_.push_back({box_M, box_S, submap->T_M_S.inverse(), submap});
+  }
+}
+
+QueryAnswer MapQuery::at(const Eigen::Vector3d& p_M) const {
+  EvidenceSum evidence;
+  for (const Entry& entry : entries_) {
+    if (!entry.box_M.contains(p_M)) continue;
+    const Eigen::Vector3d p_S = entry.T_S_M * p_M;
+    if (!entry.box_S.contains(p_S)) continue;
+    const VoxelCoord voxel = (p_S / info_.voxel_size_m).array().floor().cast<int>();
+    evidence.add(entry.submap->volume.at(*store_, voxel), entry.submap->id);
+  }
+  return evidence.answer(lowest_, highest_);
+}
+
+}  // namespace cloister

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "firmware_interface/map/map_contents.hpp"
+#include "mapping/voxel/voxel.hpp"
+
+namespace cloister {
+
+/// What the map knows about one point.
+struct QueryAnswer {
+  VoxelState state = VoxelState::kUnknown;
+  LogOdds log_odds = kUnknownLogOdds;  ///< combined over all submaps that know the point
+  SubmapId submap = kNoSubmap;  ///< the one with the most evidence; of equals the smallest id
+
+  friend bool operator==(const QueryAnswer&, const QueryAnswer&) = default;
+};
+
+/// Adds up what several submaps know about one place.
+class EvidenceSum {
+ public:
+  /// Submaps come by ascending id.
+  void add(LogOdds log_odds, SubmapId submap);
+  /// The sum, within the map's bounds. Evidence that cancels to exactly zero keeps the sign of the
+  /// strongest submap with magnitude one, as a voxel does (see LogOdds).
+  [[nodiscard]] QueryAnswer answer(LogOdds lowest, LogOdds highest) const;
+
+ private:
+  int sum_ = 0;
+  LogOdds strongest_ = kUnknownLogOdds;
+  SubmapId submap_ = kNoSubmap;
+};
+
+/// A bound of the map's evidence in steps of LogOdds.
+[[nodiscard]] LogOdds log_odds_steps(double natural_log_odds);
+
+/// Log-odds in natural units: n / 20 rather than n * 0.05, which would print as 0.8500000000000001.
+[[nodiscard]] inline double natural_log_odds(LogOdds log_odds) {
+  return log_odds / (1.0 / kLogOddsStep);
+}
+
+/// The box of the known blocks of a volume, in S.
+[[nodiscard]] Eigen::AlignedBox3d known_box_S(const VoxelStore& store, const Volume& volume,
+                                              double voxel_size_m);
+
+/// Asks a map about points in M. The map must outlive the query and stay as it is.
+///
+/// Threads: `at` may be called from several at once.
+class MapQuery {
+ public:
+  explicit MapQuery(const MapView& map);
+
+  /// Each submap answers with the voxel that contains the point; what they know is added. Does not
+  /// allocate; O(submaps) with a box test for each, and a voxel look-up for those whose box
+  /// contains the point.
+  [[nodiscard]] QueryAnswer at(const Eigen::Vector3d& p_M) const;
+
+ private:
+  struct Entry {
+    Eigen::AlignedBox3d box_M;  ///< around box_S, a little wider
+    Eigen::AlignedBox3d box_S;
+    Eigen::Isometry3d T_S_M;
+    const Submap* submap;
+  };
+  MapInfo info_;
+  LogOdds lowest_, highest_;
+  const VoxelStore* store_;
+  std::vector<Entry> entries_;  ///< ascending id; submaps that know nothing are left out
+};
+
+}  // namespace cloister
