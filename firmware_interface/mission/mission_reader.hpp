@@ -1,0 +1,98 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "firmware_interface/files/mission_folder.hpp"
+#include "firmware_interface/files/odometry_buffer.hpp"
+#include "firmware_interface/ouster/pcap_source.hpp"
+#include "firmware_interface/ouster/scan_assembler.hpp"
+#include "mapping/core/config.hpp"
+#include "mapping/graph/graph_revision.hpp"
+#include "mapping/scan/scan.hpp"
+
+namespace cloister {
+
+/// A recorded mission as the sequence a robot would have seen: scans with their poses, and graph snapshots between
+/// them, each before the first scan that is not older than it.
+///
+/// A scan is placed against the newest graph node whose odometry is known, or in O while there is none. A cloud whose
+/// node has its very stamp is placed by that node; without odometry it waits until a snapshot brings the node.
+/// Threads: one at a time. Allocates.
+class MissionReader {
+ public:
+  enum class Item { kScan, kGraph, kEnd };
+
+  /// Opens the folder and reads metadata and odometry. Fails with kInput, naming file and line.
+  [[nodiscard]] static Result<std::unique_ptr<MissionReader>> open(const std::filesystem::path& path,
+                                                                   const Config& config);
+
+  /// Reads on. A scan is put into `scan` (which should be reserved by the members below), a graph is to be fetched
+  /// with `take_graph`. Scans without a pose are counted and passed over.
+  [[nodiscard]] Result<Item> next(Scan& scan);
+  [[nodiscard]] std::unique_ptr<GraphRevision> take_graph() { return std::move(graph_); }
+
+  [[nodiscard]] std::size_t max_pixels() const;
+  [[nodiscard]] std::size_t max_columns() const;
+  static constexpr std::size_t kMaxPoses = 256;
+
+  [[nodiscard]] const std::string& name() const { return folder_.name; }
+  /// Scans assembled or clouds read so far, placed or not.
+  [[nodiscard]] std::int64_t num_scans_read() const { return num_scans_read_; }
+  /// Scans that were read but could not be placed.
+  [[nodiscard]] std::int64_t num_scans_unplaced() const { return num_scans_unplaced_; }
+  /// Everything lost so far, by cause.
+  [[nodiscard]] std::map<std::string, std::int64_t> drops() const;
+  /// One line for everything that is odd, but can be lived with.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+
+ private:
+  MissionReader(MissionFolder folder, const Config& config) : folder_(std::move(folder)), config_(config) {}
+
+  [[nodiscard]] Result<void> open_files();
+  [[nodiscard]] Result<bool> read_scan();
+  [[nodiscard]] Result<bool> read_packets();
+  [[nodiscard]] Result<bool> read_cloud();
+  [[nodiscard]] Result<Item> read_graph();
+  [[nodiscard]] bool place_by_node();
+  [[nodiscard]] bool place_by_odometry();
+
+  MissionFolder folder_;
+  Config config_;
+  Pose T_B_L_ = Pose::Identity();  ///< the sensor in the frame whose poses the mission holds
+  std::optional<SensorMetadata> metadata_;
+  ScanGeometry geometry_;
+  std::optional<PcapSource> packets_;
+  std::optional<ScanAssembler> assembler_;
+  bool packets_ended_ = false;
+  std::size_t next_cloud_ = 0;
+  OdometryBuffer odometry_;
+  std::size_t next_graph_ = 0;
+  std::unique_ptr<GraphRevision> graph_;
+  std::uint64_t num_revisions_ = 0;
+  std::set<std::pair<NodeId, NodeId>> known_loops_;
+
+  /// Of the newest revision: what placing a scan needs.
+  struct KnownNode {
+    SensorTime stamp;
+    NodeId id = kNoNode;
+    std::optional<Pose> T_O_N;
+  };
+  std::vector<KnownNode> nodes_;  ///< by stamp
+
+  Scan pending_;
+  bool has_pending_ = false;
+  std::int64_t num_scans_read_ = 0;
+  std::int64_t num_scans_unplaced_ = 0;
+  std::map<std::string, std::int64_t> drops_;
+  std::int64_t skipped_records_ = 0;
+};
+
+}  // namespace cloister

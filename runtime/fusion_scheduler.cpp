@@ -1,0 +1,190 @@
+#include "runtime/fusion_scheduler.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/cpu_clock.hpp"
+
+namespace cloister {
+namespace {
+
+// Places of the returns queue that are kept for slots and fused submaps.
+constexpr std::size_t kKeptPlaces = 256;
+
+Event pair_event(EventKind kind, SensorTime stamp, const Submap& a, const Submap& b, const VoxelOverlap& overlap) {
+  Event event;
+  event.kind = kind;
+  event.stamp = stamp;
+  event.a = a.id;
+  event.b = b.id;
+  event.ratio_a = overlap.ratio_a();
+  event.ratio_b = overlap.ratio_b();
+  event.node_a = a.root;
+  event.node_b = b.root;
+  return event;
+}
+
+}  // namespace
+
+FusionScheduler::FusionScheduler(ElasticMap& map, double fusion_reserve, const SchedulerPorts& ports)
+    : map_(map),
+      ports_(ports),
+      reserve_blocks_(static_cast<std::size_t>(fusion_reserve * static_cast<double>(map.pools().store.num_blocks()))),
+      reserve_chunks_(static_cast<std::size_t>(fusion_reserve * static_cast<double>(map.pools().store.num_chunks()))),
+      thread_([this] { run(); }) {}
+
+FusionScheduler::~FusionScheduler() {
+  if (thread_.joinable()) stop();
+}
+
+void FusionScheduler::stop() {
+  // Release pairs with the acquire in run(): commands queued before stop() are seen, and done, before the end.
+  stop_.store(true, std::memory_order_release);
+  ports_.bell.ring();
+  thread_.join();
+}
+
+void FusionScheduler::run() {
+  while (true) {
+    const std::uint32_t seen = ports_.bell.count();
+    const bool is_stopping = stop_.load(std::memory_order_acquire);
+    SchedulerCommand command;
+    if (ports_.commands.try_pop(command)) {
+      handle(command);
+      // Release pairs with num_done(): the reader may look at whatever this command changed.
+      num_done_.fetch_add(1, std::memory_order_release);
+      ports_.reader_bell.ring();
+      continue;
+    }
+    if (is_stopping) return;
+    ports_.bell.wait(seen);
+  }
+}
+
+void FusionScheduler::handle(const SchedulerCommand& command) {
+  const SubmapId finished_id = command.finished != nullptr ? command.finished->id : kNoSubmap;
+  if (command.finished != nullptr) map_.add(command.finished);
+  if (command.revision != nullptr) {
+    record_.lost_roots += map_.set_graph(command.revision);
+    // The integration thread moved on before it sent this; now nobody uses the old revision.
+    if (revision_ != nullptr) (void)ports_.retired.try_push(revision_);
+    revision_ = command.revision;
+    for (const std::size_t i : revision_->new_loops) {
+      Event event;
+      event.kind = EventKind::kLoopClosure;
+      event.stamp = command.stamp;
+      event.node_a = revision_->graph.edges[i].from;
+      event.node_b = revision_->graph.edges[i].to;
+      event.a = map_.owner(event.node_a);
+      event.b = map_.owner(event.node_b);
+      record_.events.push_back(event);
+    }
+    Event event;
+    event.kind = EventKind::kGraphUpdated;
+    event.stamp = command.stamp;
+    event.count = static_cast<std::int64_t>(revision_->graph.nodes.size());
+    record_.events.push_back(event);
+  }
+  const Pose T_M_closed = command.finished != nullptr ? command.finished->T_M_S : Pose::Identity();
+  settle(command.stamp);
+  if (command.give_back) {
+    Submap* fused = map_.lend(finished_id);
+    MapReturn item;
+    item.fused = fused;
+    item.T_S_closed = fused->T_M_S.inverse() * T_M_closed;
+    push(item);
+  }
+}
+
+void FusionScheduler::settle(SensorTime stamp) {
+  while (true) {
+    std::vector<PairCheck> checks = map_.plan_checks();
+    if (!checks.empty()) compare(std::move(checks), stamp);
+    const std::optional<FusionCandidate> candidate = map_.next_candidate();
+    if (!candidate) break;
+    decide(*candidate, stamp);
+  }
+  send_surplus();
+}
+
+void FusionScheduler::compare(std::vector<PairCheck> checks, SensorTime stamp) {
+  batch_.checks = std::move(checks);
+  (void)ports_.requests.try_push(&batch_);  // cannot fail: there is one batch
+  ports_.worker_bell.ring();
+  for (OverlapBatch* answer = nullptr; answer == nullptr;) {
+    const std::uint32_t seen = ports_.bell.count();
+    if (!ports_.answers.try_pop(answer)) ports_.bell.wait(seen);
+  }
+  for (const PairCheck& check : batch_.checks) {
+    map_.record(check);
+    record_.events.push_back(pair_event(EventKind::kOverlapChecked, stamp, *check.a, *check.b, check.overlap));
+    record_.rejected_by_overlap += !map_.overlaps_enough(check);
+  }
+  record_.overlap_ms.insert(record_.overlap_ms.end(), batch_.milliseconds.begin(), batch_.milliseconds.end());
+}
+
+void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp) {
+  ++(candidate.by_loop ? record_.proposed_by_loop : record_.proposed_by_overlap);
+  const StopWatch judge_watch;
+  const Judgement judgement = map_.judge(candidate);
+  record_.uncertainty_ms.push_back(judge_watch.wall_ms());
+  record_.cpu_uncertainty_ns += judge_watch.cpu_ns();
+
+  const Submap& a = *map_.find(candidate.a);
+  const Submap& b = *map_.find(candidate.b);
+  Event event = pair_event(EventKind::kFusionRejected, stamp, a, b, candidate.overlap);
+  event.reason = "uncertainty";
+  if (judgement.sigma_m) event.sigma_m = *judgement.sigma_m;
+  if (!judgement.is_accepted) {
+    ++record_.rejected_by_uncertainty;
+    record_.events.push_back(event);
+    return;
+  }
+  const auto bytes_before = static_cast<std::int64_t>(a.volume.bytes() + b.volume.bytes());
+  const StopWatch fuse_watch;
+  Submap* emptied = map_.fuse(candidate);
+  record_.fuse_ms.push_back(fuse_watch.wall_ms());
+  record_.cpu_fusion_ns += fuse_watch.cpu_ns();
+  if (emptied == nullptr) {
+    ++record_.declined_by_memory;
+    event.reason = "memory";
+    record_.events.push_back(event);
+    return;
+  }
+  ++record_.accepted;
+  event.kind = EventKind::kFusionAccepted;
+  event.reason = candidate.by_loop ? "loop" : "overlap";
+  record_.events.push_back(event);
+  // Sums that only the reports read: relaxed order is enough.
+  ports_.finished.bytes.fetch_add(static_cast<std::int64_t>(a.volume.bytes()) - bytes_before,
+                                  std::memory_order_relaxed);
+  ports_.finished.count.fetch_sub(1, std::memory_order_relaxed);
+  MapReturn item;
+  item.empty_slot = emptied;
+  push(item);
+}
+
+void FusionScheduler::push(const MapReturn& item) {
+  // Cannot fail: send_surplus leaves places for every slot.
+  (void)ports_.returns.try_push(item);
+  ports_.integration_bell.ring();
+}
+
+void FusionScheduler::send_surplus() {
+  VoxelPools& pools = map_.pools();
+  while (ports_.returns.depth() + kKeptPlaces < ports_.returns.capacity()) {
+    MapReturn item;
+    const auto surplus = [&](const PoolShare& share, std::size_t reserve, std::size_t room) {
+      return static_cast<std::uint32_t>(
+          std::min(share.num_free() > reserve ? share.num_free() - reserve : 0, room));
+    };
+    item.num_blocks = surplus(pools.blocks, reserve_blocks_, item.items.size());
+    item.num_chunks = surplus(pools.chunks, reserve_chunks_, item.items.size() - item.num_blocks);
+    if (item.num_blocks + item.num_chunks == 0) return;
+    for (std::uint32_t i = 0; i < item.num_blocks; ++i) item.items[i] = pools.blocks.try_acquire();
+    for (std::uint32_t i = 0; i < item.num_chunks; ++i) item.items[item.num_blocks + i] = pools.chunks.try_acquire();
+    push(item);
+  }
+}
+
+}  // namespace cloister

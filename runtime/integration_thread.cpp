@@ -1,0 +1,116 @@
+#include "runtime/integration_thread.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/cpu_clock.hpp"
+
+namespace cloister {
+
+IntegrationThread::IntegrationThread(LocalMapper& mapper, const IntegrationPorts& ports,
+                                     std::function<void()> on_start)
+    : mapper_(mapper), ports_(ports), thread_([this, hook = std::move(on_start)] {
+        if (hook) hook();
+        run();
+      }) {}
+
+IntegrationThread::~IntegrationThread() {
+  if (thread_.joinable()) stop();
+}
+
+void IntegrationThread::stop() {
+  // Release pairs with the acquire in run(): commands queued before stop() are seen, and done, before the end.
+  stop_.store(true, std::memory_order_release);
+  ports_.bell.ring();
+  thread_.join();
+}
+
+void IntegrationThread::run() {
+  while (true) {
+    const std::uint32_t seen = ports_.bell.count();
+    const bool is_stopping = stop_.load(std::memory_order_acquire);
+    take_returns();
+    IntegrationCommand command;
+    if (ports_.commands.try_pop(command)) {
+      if (command.revision != nullptr) handle(command.revision);
+      if (command.job.scan != nullptr) handle(command.job);
+      // Release pairs with num_done(): the reader may look at whatever this command changed.
+      num_done_.fetch_add(1, std::memory_order_release);
+      ports_.reader_bell.ring();
+      continue;
+    }
+    if (is_stopping) break;
+    ports_.bell.wait(seen);
+  }
+  hand_over(mapper_.close(SpawnReason::kFirst), now_, false, nullptr);
+}
+
+void IntegrationThread::take_returns() {
+  MapReturn item;
+  while (ports_.returns.try_pop(item)) {
+    for (std::uint32_t i = 0; i < item.num_blocks; ++i) mapper_.pools().blocks.release(item.items[i]);
+    for (std::uint32_t i = 0; i < item.num_chunks; ++i) {
+      mapper_.pools().chunks.release(item.items[item.num_blocks + i]);
+    }
+    if (item.empty_slot != nullptr) mapper_.give_slot(item.empty_slot);
+    if (item.fused != nullptr) {
+      // The totals are sums that only the reports read: relaxed order is enough.
+      ports_.finished.bytes.fetch_sub(static_cast<std::int64_t>(item.fused->volume.bytes()),
+                                      std::memory_order_relaxed);
+      ports_.finished.count.fetch_sub(1, std::memory_order_relaxed);
+      hand_over(mapper_.adopt(item.fused, item.T_S_closed), now_, false, nullptr);
+    }
+  }
+}
+
+void IntegrationThread::hand_over(Submap* finished, SensorTime stamp, bool give_back, const GraphRevision* revision) {
+  if (finished == nullptr && revision == nullptr) return;
+  if (finished != nullptr) {
+    ports_.finished.bytes.fetch_add(static_cast<std::int64_t>(finished->volume.bytes()), std::memory_order_relaxed);
+    ports_.finished.count.fetch_add(1, std::memory_order_relaxed);
+  }
+  // Cannot fail: the queue has a place for every submap and every revision in flight.
+  (void)ports_.scheduler.try_push({stamp, finished, give_back, revision, false});
+  num_handed_over_.fetch_add(1, std::memory_order_release);  // pairs with num_handed_over()
+  ports_.scheduler_bell.ring();
+}
+
+void IntegrationThread::handle(const GraphRevision* revision) {
+  now_ = std::max(now_, revision->graph.stamp);
+  const bool close = mapper_.set_graph(revision);
+  hand_over(close ? mapper_.close(SpawnReason::kLoopClosure) : nullptr, revision->graph.stamp, close, revision);
+}
+
+void IntegrationThread::handle(const ScanJob& job) {
+  ScanReport report;
+  report.scan = job.scan;
+  report.queue_depth = static_cast<std::int32_t>(ports_.commands.depth());
+  now_ = std::max(now_, job.scan->stamp);
+
+  const StopWatch place_watch;
+  const bool is_placed = mapper_.place(*job.scan, report.outcome);
+  report.integrate_ms = place_watch.wall_ms();
+  report.integration_cpu_ns = place_watch.cpu_ns();
+
+  const StopWatch spawn_watch;
+  const bool is_accepted = is_placed && mapper_.check_spawn(*job.scan, report.outcome);
+  report.spawn_check_cpu_ns = spawn_watch.cpu_ns();
+
+  if (is_accepted) {
+    const StopWatch integrate_watch;
+    mapper_.integrate(*job.scan, report.outcome);
+    report.integrate_ms += integrate_watch.wall_ms();
+    report.integration_cpu_ns += integrate_watch.cpu_ns();
+  }
+  hand_over(report.outcome.finished, job.scan->stamp, false, nullptr);
+  report.latency_ms =
+      std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - job.last_packet).count();
+  const Submap* active = mapper_.active();
+  report.num_submaps = ports_.finished.count.load(std::memory_order_relaxed) + (active != nullptr);
+  report.map_bytes = ports_.finished.bytes.load(std::memory_order_relaxed) +
+                     (active != nullptr ? static_cast<std::int64_t>(active->volume.bytes()) : 0);
+  // Cannot fail: the queue has a place for every scan slot.
+  (void)ports_.reports.try_push(report);
+}
+
+}  // namespace cloister

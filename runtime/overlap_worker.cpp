@@ -1,0 +1,62 @@
+#include "runtime/overlap_worker.hpp"
+
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include "runtime/cpu_clock.hpp"
+
+namespace cloister {
+
+OverlapWorker::OverlapWorker(const VoxelStore& store, double voxel_size_m, int num_threads,
+                             SpscQueue<OverlapBatch*>& requests, SpscQueue<OverlapBatch*>& answers, Doorbell& bell,
+                             Doorbell& scheduler_bell)
+    : store_(store),
+      voxel_size_m_(voxel_size_m),
+      num_threads_(num_threads),
+      requests_(requests),
+      answers_(answers),
+      bell_(bell),
+      scheduler_bell_(scheduler_bell),
+      thread_([this] { run(); }) {}
+
+OverlapWorker::~OverlapWorker() {
+  // Release pairs with the acquire in run(); the scheduler has taken back all batches before this.
+  stop_.store(true, std::memory_order_release);
+  bell_.ring();
+  thread_.join();
+}
+
+void OverlapWorker::run() {
+  while (true) {
+    const std::uint32_t seen = bell_.count();
+    OverlapBatch* batch = nullptr;
+    if (requests_.try_pop(batch)) {
+      compare(*batch);
+      (void)answers_.try_push(batch);  // cannot fail: there is one batch
+      scheduler_bell_.ring();
+      continue;
+    }
+    if (stop_.load(std::memory_order_acquire)) return;
+    bell_.wait(seen);
+  }
+}
+
+void OverlapWorker::compare(OverlapBatch& batch) {
+  batch.milliseconds.assign(batch.checks.size(), 0);
+  const auto compare_one = [&](std::size_t i) {
+    const StopWatch watch;
+    PairCheck& check = batch.checks[i];
+    check.overlap = voxel_overlap(store_, check.a->volume, check.b->volume, check.T_b_a, voxel_size_m_);
+    batch.milliseconds[i] = watch.wall_ms();
+    // A sum that is read for the summary only.
+    cpu_ns_.fetch_add(watch.cpu_ns(), std::memory_order_relaxed);
+  };
+  if (num_threads_ == 1) {
+    for (std::size_t i = 0; i < batch.checks.size(); ++i) compare_one(i);
+    return;
+  }
+  tbb::task_arena arena(num_threads_);
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, batch.checks.size(), compare_one); });
+}
+
+}  // namespace cloister
