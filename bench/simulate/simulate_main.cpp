@@ -1,0 +1,174 @@
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+#include "bench/simulate/mission_writer.hpp"
+#include "bench/simulate/path_file.hpp"
+#include "bench/simulate/ply_file.hpp"
+#include "bench/simulate/walk.hpp"
+#include "bench/simulate/world.hpp"
+
+namespace cloister {
+namespace {
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+
+struct CommandLine {
+  std::string world;
+  std::string path_file;
+  std::string sensor = "os0-64";
+  WalkConfig walk;
+  MissionOptions mission;
+  int rate_hz = 10;
+  int columns = 1024;
+  double noise_m = -1.0;
+  double dropout = -1.0;
+  bool progress = false;
+};
+
+void declare(CommandLine* line, CLI::App* app) {
+  app->add_option("WORLD", line->world,
+                  "house, or a triangle mesh (.ply) to walk through along --path")
+      ->required();
+  app->add_option("--out", line->mission.out, "directory of the mission to write")->required();
+  app->add_option(
+      "--path", line->path_file,
+      "way through the world: a TUM trajectory, or lines of x y z [pause_s] to walk through");
+  app->add_option("--seed", line->mission.seed, "changes furniture, doors, path and noise")
+      ->capture_default_str();
+  app->add_option("--minutes", line->mission.max_minutes,
+                  "end the mission there (default: at the end of the path)")
+      ->check(CLI::PositiveNumber);
+  app->add_option("--sensor", line->sensor, "os0-64 or os1-64")->capture_default_str();
+  app->add_option("--rate", line->rate_hz, "revolutions per second")
+      ->check(CLI::IsMember({10, 20}))
+      ->capture_default_str();
+  app->add_option("--columns", line->columns, "columns per revolution")
+      ->check(CLI::IsMember({512, 1024, 2048}))
+      ->capture_default_str();
+  app->add_option("--speed", line->walk.speed_mps, "walking speed in m/s")
+      ->check(CLI::Range(0.1, 5.0))
+      ->capture_default_str();
+  app->add_option("--noise", line->noise_m,
+                  "standard deviation of a range in metres (default: the sensor's)")
+      ->check(CLI::Range(0.0, 1.0));
+  app->add_option("--dropout", line->dropout,
+                  "share of pixels lost at random (default: the sensor's)")
+      ->check(CLI::Range(0.0, 1.0));
+  app->add_option("--drift", line->mission.drift.percent,
+                  "odometry error in per cent of 20 m walked")
+      ->check(CLI::Range(0.0, 20.0))
+      ->capture_default_str();
+  app->add_option("--snapshot-every", line->mission.slam.publish_every,
+                  "graph nodes per pose-graph snapshot")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app->add_option("--threads", line->mission.threads, "threads to simulate on (default: all)")
+      ->check(CLI::Range(1, 256));
+  app->add_flag("--progress", line->progress, "print progress even when stderr is not a terminal");
+}
+
+Result<World> load_world(const CommandLine& line) {
+  const auto names = world_names();
+  if (std::find(names.begin(), names.end(), line.world) != names.end()) {
+    return make_world(line.world, line.mission.seed);
+  }
+  if (!line.world.ends_with(".ply")) return make_world(line.world, line.mission.seed);
+  if (line.path_file.empty()) {
+    return fail(ErrorKind::kUsage,
+                line.world + ": a mesh needs a way through it: give --path FILE");
+  }
+  auto mesh = read_ply(line.world);
+  if (!mesh) return tl::unexpected(mesh.error());
+  World world;
+  world.name = std::filesystem::path(line.world).stem().string();
+  world.mesh = std::move(*mesh);
+  return world;
+}
+
+Result<MissionSummary> simulate(CommandLine line) {
+  auto sensor = make_sensor(line.sensor);
+  if (!sensor) return tl::unexpected(sensor.error());
+  if (line.columns == 2048 && line.rate_hz == 20) {
+    return fail(ErrorKind::kUsage,
+                "--columns 2048 --rate 20: the sensor has no such mode: lower one of them");
+  }
+  sensor->columns = line.columns;
+  sensor->rate_hz = line.rate_hz;
+  if (line.noise_m >= 0.0) sensor->noise_m = line.noise_m;
+  if (line.dropout >= 0.0) sensor->dropout = line.dropout;
+  line.mission.sensor = *sensor;
+
+  const auto world = load_world(line);
+  if (!world) return tl::unexpected(world.error());
+  Result<Trajectory> truth;
+  if (line.path_file.empty()) {
+    truth = walk(world->path, line.walk, kMissionStart, line.mission.seed);
+  } else {
+    truth = read_path(line.path_file, line.walk, kMissionStart, line.mission.seed);
+  }
+  if (!truth) return tl::unexpected(truth.error());
+
+  const bool show = line.progress || isatty(STDERR_FILENO) != 0;
+  const Progress progress = [show](std::uint64_t done, std::uint64_t all) {
+    if (!show) return;
+    std::fprintf(stderr, "\rscan %llu of %llu%s", static_cast<unsigned long long>(done),
+                 static_cast<unsigned long long>(all), done == all ? "\n" : "");
+  };
+  return write_mission(*world, std::move(*truth), line.mission, interrupted, progress);
+}
+
+int run(int argc, char** argv) {
+  CLI::App app(
+      "Simulates a mission: Ouster packets, odometry, pose graphs and the truth about them.",
+      "cloister simulate");
+  CommandLine line;
+  line.mission.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  declare(&line, &app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    std::fputs(app.help().c_str(), stdout);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "cloister simulate: %s: see cloister simulate --help\n", error.what());
+    return static_cast<int>(ErrorKind::kUsage);
+  }
+
+  const auto on_signal = [](int) { interrupted.store(true, std::memory_order_relaxed); };
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  const auto summary = simulate(line);
+  if (!summary) {
+    std::fprintf(stderr, "cloister simulate: %s\n", summary.error().message.c_str());
+    return static_cast<int>(summary.error().kind);
+  }
+  std::printf("%s: %llu scans, %.1f s, %.1f m, %zu graph nodes, %d loop closures, %.1f MB\n",
+              line.mission.out.c_str(), static_cast<unsigned long long>(summary->scans),
+              summary->seconds, summary->metres, summary->nodes, summary->loop_closures,
+              static_cast<double>(summary->bytes) * 1e-6);
+  if (!summary->interrupted) return 0;
+  std::fprintf(stderr, "cloister simulate: interrupted: the mission is complete up to there\n");
+  return static_cast<int>(ErrorKind::kInterrupted);
+}
+
+}  // namespace
+}  // namespace cloister
+
+int main(int argc, char** argv) {
+  try {
+    return cloister::run(argc, argv);
+  } catch (const std::exception&
+               error) {  // memory, or the standard library's file system: nothing else throws
+    std::fprintf(stderr, "cloister simulate: %s: free some memory or disk and try again\n",
+                 error.what());
+    return static_cast<int>(cloister::ErrorKind::kResource);
+  }
+}
