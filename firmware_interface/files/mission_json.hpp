@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "firmware_interface/files/mission_folder.hpp"
+#include "mapping/core/pose.hpp"
+#include "mapping/core/result.hpp"
+
+namespace cloister {
+
+/// What mission.json may say; keys not listed here are for people.
+struct MissionJson {
+  std::optional<std::string> name;
+  std::optional<MissionVariant> variant;
+  PoseFrame pose_frame = PoseFrame::kSensor;
+  std::optional<Pose> T_pose_sensor;  ///< set exactly for PoseFrame::kBody
+};
+
+/// Reads mission.json. `T_pose_sensor` decides when it is there; `pose_frame` may then hold any
+/// name.
+/// @return kInput with file:line when it is no JSON object or a key it knows has a value it does
+/// not
+[[nodiscard]] Result<MissionJson> read_mission_json(std::string_view text,
+                                                    std::string_view file_name);
+
+}  // namespace cloister

@@ -1,0 +1,15 @@
+#pragma once
+
+#include "mapping/core/pose.hpp"
+#include "mapping/core/time.hpp"
+
+namespace cloister {
+
+/// Where a body was at a stamp, as odometry tells it.
+struct StampedPose {
+  SensorTime stamp;
+  Pose T_O_B =
+      Pose::Identity();  ///< pose of the body frame (the sensor, unless the mission says otherwise)
+};
+
+}  // namespace cloister
