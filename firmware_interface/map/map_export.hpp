@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+
+#include "firmware_interface/map/map_contents.hpp"
+#include "mapping/core/result.hpp"
+
+namespace cloister {
+
+struct ExportOptions {
+  bool cloud = false;  ///< a .ply holds the occupied voxels' centres instead of the mesh
+};
+
+/// Writes the map in the format that the path's suffix names:
+/// | suffix | content |
+/// |--------|------------------------------------------------------------------------------------------------------|
+/// | `.ply` | mesh of all submaps in M, coloured by submap; with `cloud` the occupied voxels'
+/// centres             | | `.pcd` | the occupied voxels' centres in M as x y z rgb label, label
+/// being the submap's id (binary)          | | `.bt`  | OctoMap of M, occupied or free: submaps
+/// combined as `query` combines them at each voxel's centre     | | `.ot`  | the same with log-odds
+/// | | `.vdb` | OpenVDB: a float grid of log-odds per submap, `submap_<id>`, with its pose in M as
+/// the transform     |
+///
+/// Fails with kUsage for another suffix; with kResource when the file cannot be written or the
+/// format cannot hold the map. The file appears when it is complete.
+[[nodiscard]] Result<void> export_map(const MapView& map, const std::filesystem::path& path,
+                                      const ExportOptions& options = {});
+
+/// The formats behind `export_map` that need a library of their own.
+[[nodiscard]] Result<void> export_octomap(const MapView& map, const std::filesystem::path& path,
+                                          bool with_log_odds);
+[[nodiscard]] Result<void> export_openvdb(const MapView& map, const std::filesystem::path& path);
+
+}  // namespace cloister
