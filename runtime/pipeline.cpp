@@ -173,19 +173,23 @@ void Pipeline::drain() {
   collect();
 }
 
+void Pipeline::drop(const Scan& scan, const char* cause) {
+  ++record_.scans_dropped;
+  ++record_.drops[cause];
+  Event event;
+  event.kind = EventKind::kDrop;
+  event.stamp = scan.stamp;
+  event.reason = cause;
+  record_.events.push_back(event);
+}
+
 void Pipeline::note(const ScanReport& report) {
   const ScanOutcome& outcome = report.outcome;
   submap_finished_ |= outcome.finished != nullptr;
   record_.cpu_spawn_check_s += 1e-9 * static_cast<double>(report.spawn_check_cpu_ns);
   record_.cpu_integration_s += 1e-9 * static_cast<double>(report.integration_cpu_ns);
   if (outcome.submap == kNoSubmap) {
-    ++record_.scans_dropped;
-    ++record_.drops[name_of(outcome.refusal)];
-    Event event;
-    event.kind = EventKind::kDrop;
-    event.stamp = report.scan->stamp;
-    event.reason = name_of(outcome.refusal);
-    record_.events.push_back(event);
+    drop(*report.scan, name_of(outcome.refusal));
     return;
   }
   ++record_.scans_integrated;

@@ -45,6 +45,8 @@ class Pipeline {
   void return_slot(Scan* scan) { free_slots_.push_back(scan); }
   /// Queues a filled slot.
   void submit(Scan* scan);
+  /// Notes a scan that was read but could not be submitted.
+  void drop(const Scan& scan, const char* cause);
   /// Queues a graph revision; waits only when `graph_queue` revisions are under way.
   void submit(std::unique_ptr<GraphRevision> revision);
   /// Collects finished scans into the record. Returns the number of scans under way.

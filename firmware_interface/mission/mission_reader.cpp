@@ -191,6 +191,22 @@ bool MissionReader::place_by_odometry() {
   return true;
 }
 
+std::int64_t MissionReader::num_scans_expected() const {
+  if (!metadata_) return static_cast<std::int64_t>(folder_.clouds.size());
+  std::error_code error;
+  const auto capture_bytes = std::filesystem::file_size(folder_.packets_path, error);
+  if (error) return 0;
+  // A packet, and what Ethernet, IP and the capture's records add to each of its fragments.
+  constexpr std::size_t kFragmentBytes = 1480;
+  constexpr std::size_t kOverheadBytes = 14 + 20 + 16;
+  const auto packet_bytes = static_cast<std::size_t>(
+      packet_layout(metadata_->profile).packet_bytes(metadata_->num_beams, metadata_->columns_per_packet));
+  const std::size_t scan_bytes =
+      static_cast<std::size_t>(metadata_->num_columns / metadata_->columns_per_packet) *
+      (packet_bytes + (packet_bytes / kFragmentBytes + 1) * kOverheadBytes);
+  return static_cast<std::int64_t>(capture_bytes / scan_bytes);
+}
+
 std::map<std::string, std::int64_t> MissionReader::drops() const {
   std::map<std::string, std::int64_t> drops = drops_;
   const auto add = [&](const std::map<std::string, std::uint64_t>& losses) {

@@ -46,6 +46,8 @@ class MissionReader {
   [[nodiscard]] const std::string& name() const { return folder_.name; }
   /// Scans assembled or clouds read so far, placed or not.
   [[nodiscard]] std::int64_t num_scans_read() const { return num_scans_read_; }
+  /// How many scans the mission holds, roughly: from the capture's size, or the number of clouds.
+  [[nodiscard]] std::int64_t num_scans_expected() const;
   /// Scans that were read but could not be placed.
   [[nodiscard]] std::int64_t num_scans_unplaced() const { return num_scans_unplaced_; }
   /// Everything lost so far, by cause.

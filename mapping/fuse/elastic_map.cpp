@@ -76,11 +76,30 @@ SubmapId ElasticMap::survivor(SubmapId id) const {
 
 bool ElasticMap::joined_by_loop(SubmapId a, SubmapId b) const {
   return std::any_of(loops_.begin(), loops_.end(), [&](const auto& loop) {
-    const auto older = node_owner_.find(loop.first);
-    const auto newer = node_owner_.find(loop.second);
-    if (older == node_owner_.end() || newer == node_owner_.end()) return false;
-    return std::minmax(survivor(older->second), survivor(newer->second)) == std::minmax(a, b);
+    const SubmapId older = owner(loop.first);
+    const SubmapId newer = owner(loop.second);
+    return (older == a && newer == b) || (older == b && newer == a);
   });
+}
+
+bool ElasticMap::overlaps_enough(SubmapId a, SubmapId b, const VoxelOverlap& overlap) const {
+  if (config_.baseline) return true;
+  const double least = joined_by_loop(a, b) ? config_.fusion.min_overlap_loop : config_.fusion.min_overlap;
+  return std::max(overlap.ratio_a(), overlap.ratio_b()) >= least;
+}
+
+bool ElasticMap::overlaps_enough(const PairCheck& checked) const {
+  return overlaps_enough(checked.a->id, checked.b->id, checked.overlap);
+}
+
+const Submap* ElasticMap::find(SubmapId id) const {
+  const auto it = entries_.find(id);
+  return it != entries_.end() ? it->second.submap : nullptr;
+}
+
+SubmapId ElasticMap::owner(NodeId node) const {
+  const auto it = node_owner_.find(node);
+  return it != node_owner_.end() ? survivor(it->second) : kNoSubmap;
 }
 
 bool ElasticMap::covered_by_loop(NodeId root_a, NodeId root_b) const {
@@ -139,12 +158,9 @@ std::optional<FusionCandidate> ElasticMap::next_candidate() {
     if (comparison.is_judged || a == entries_.end() || b == entries_.end()) continue;
     if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
     if (!is_current(comparison, a->second, b->second)) continue;
-    const bool by_loop = joined_by_loop(pair.first, pair.second);
-    const double least = by_loop ? config_.fusion.min_overlap_loop : config_.fusion.min_overlap;
-    const double larger_ratio = std::max(comparison.overlap.ratio_a(), comparison.overlap.ratio_b());
-    if (!config_.baseline && larger_ratio < least) continue;
+    if (!overlaps_enough(pair.first, pair.second, comparison.overlap)) continue;
     comparison.is_judged = true;
-    return FusionCandidate{pair.first, pair.second, by_loop, comparison.overlap};
+    return FusionCandidate{pair.first, pair.second, joined_by_loop(pair.first, pair.second), comparison.overlap};
   }
   return std::nullopt;
 }

@@ -72,6 +72,12 @@ class ElasticMap {
   /// Makes b part of a. @return b's slot, emptied, or null (nothing changed) when the pools are too small
   [[nodiscard]] Submap* fuse(const FusionCandidate& candidate);
 
+  /// True when either ratio reaches what the pair needs to be fused.
+  [[nodiscard]] bool overlaps_enough(const PairCheck& checked) const;
+  /// A finished submap by its id, or null.
+  [[nodiscard]] const Submap* find(SubmapId id) const;
+  /// The submap that holds a node's scans now, or kNoSubmap.
+  [[nodiscard]] SubmapId owner(NodeId node) const;
   /// The submap that an id has become by fusions so far.
   [[nodiscard]] SubmapId survivor(SubmapId id) const;
   /// True when a loop closure joins the two.
@@ -96,6 +102,7 @@ class ElasticMap {
 
   [[nodiscard]] bool may_overlap_enough(const Entry& a, const Entry& b) const;
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
+  [[nodiscard]] bool overlaps_enough(SubmapId a, SubmapId b, const VoxelOverlap& overlap) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
   void note_loops(const GraphRevision& revision);
   void refresh(Entry& entry);

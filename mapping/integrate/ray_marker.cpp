@@ -17,7 +17,7 @@ RayMarker::RayMarker(double voxel_size_m, double max_range_m, double slack_m, st
   window_.assign(window_chunks, 0);
   used_chunks_.reserve(max_chunks_);
   chunk_slots_.assign(max_chunks_ * kChunkBlocks, 0);
-  blocks_ = std::make_unique<Marked[]>(max_blocks);
+  blocks_ = std::make_unique_for_overwrite<Marked[]>(max_blocks);
 }
 
 void RayMarker::clear() {

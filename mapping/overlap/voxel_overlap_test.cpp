@@ -1,0 +1,117 @@
+#include "mapping/overlap/voxel_overlap.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
+
+#include "mapping/overlap/block_sampler.hpp"
+
+namespace cloister {
+namespace {
+
+constexpr double kVoxel = 0.065;
+
+struct TwoVolumes {
+  TwoVolumes() : store(4096, 256), pools(store) { pools.take_all(); }
+  void set(Volume& volume, const VoxelCoord& voxel, LogOdds value) {
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = volume.make_place(pools, parent_coord(voxel), &chunk);
+    volume.make_block(pools, *chunk, *place)->voxels[index_in_block(voxel)] = value;
+  }
+  void set_block(Volume& volume, const BlockCoord& block, LogOdds value) {
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = volume.make_place(pools, block, &chunk);
+    volume.set_uniform(pools, *chunk, *place, value);
+  }
+  /// Random voxels and coarse nodes in a cube of 40 voxels around the origin.
+  void fill(Volume& volume, unsigned seed) {
+    std::mt19937 rng(seed);
+    std::uniform_int_distribution<int> coordinate(-20, 19), block(-3, 2), value(-40, 70);
+    for (int i = 0; i < 20; ++i) set_block(volume, {block(rng), block(rng), block(rng)}, -20);
+    for (int i = 0; i < 8000; ++i) {
+      set(volume, {coordinate(rng), coordinate(rng), coordinate(rng)}, static_cast<LogOdds>(value(rng)));
+    }
+  }
+  VoxelStore store;
+  VoxelPools pools;
+  Volume a, b;
+};
+
+/// The slow, obvious version: every voxel of a cube around the origin by itself.
+VoxelOverlap brute_force(const TwoVolumes& v, const Pose& T_b_a) {
+  VoxelOverlap overlap;
+  for (int z = -64; z < 64; ++z) {
+    for (int y = -64; y < 64; ++y) {
+      for (int x = -64; x < 64; ++x) {
+        const LogOdds value_a = v.a.at(v.store, {x, y, z});
+        overlap.num_known_a += value_a != 0;
+        overlap.num_known_b += v.b.at(v.store, {x, y, z}) != 0;
+        if (value_a == 0) continue;
+        const Eigen::Vector3d p_b = T_b_a * (Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5) * kVoxel) / kVoxel;
+        const VoxelCoord voxel_b(static_cast<int>(std::floor(p_b.x())), static_cast<int>(std::floor(p_b.y())),
+                                 static_cast<int>(std::floor(p_b.z())));
+        overlap.num_agreeing += state_of(v.b.at(v.store, voxel_b)) == state_of(value_a);
+      }
+    }
+  }
+  return overlap;
+}
+
+TEST_CASE("a volume overlaps itself entirely") {
+  TwoVolumes v;
+  v.fill(v.a, 1);
+  v.fill(v.b, 1);
+  const VoxelOverlap overlap = voxel_overlap(v.store, v.a, v.b, Pose::Identity(), kVoxel);
+  CHECK(overlap.ratio_a() == 1.0);
+  CHECK(overlap.ratio_b() == 1.0);
+}
+
+TEST_CASE("on grids that agree the overlap equals that of a voxel by voxel count") {
+  TwoVolumes v;
+  v.fill(v.a, 1);
+  v.fill(v.b, 2);
+  for (const Eigen::Vector3d& shift : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(8, -16, 0), Eigen::Vector3d(3, 1, -5)}) {
+    Pose T_b_a = Pose::Identity();
+    T_b_a.translation() = shift * kVoxel;
+    const VoxelOverlap fast = voxel_overlap(v.store, v.a, v.b, T_b_a, kVoxel);
+    const VoxelOverlap slow = brute_force(v, T_b_a);
+    CHECK(fast.num_agreeing == slow.num_agreeing);
+    CHECK(fast.num_known_a == slow.num_known_a);
+    CHECK(fast.num_known_b == slow.num_known_b);
+  }
+}
+
+TEST_CASE("between rotated grids the overlap equals that of a voxel by voxel count, but for rounding") {
+  TwoVolumes v;
+  v.fill(v.a, 3);
+  v.fill(v.b, 4);
+  for (const double angle : {0.01, 0.4, 1.2, -2.6}) {
+    Pose T_b_a(Eigen::AngleAxisd(angle, Eigen::Vector3d(0.2, -0.3, 0.9).normalized()));
+    T_b_a.translation() = Eigen::Vector3d(0.123, -0.05, 0.31);
+    const VoxelOverlap fast = voxel_overlap(v.store, v.a, v.b, T_b_a, kVoxel);
+    const VoxelOverlap slow = brute_force(v, T_b_a);
+    CHECK(std::abs(fast.num_agreeing - slow.num_agreeing) <= 3);
+  }
+}
+
+TEST_CASE("an empty volume overlaps nothing") {
+  TwoVolumes v;
+  v.fill(v.a, 1);
+  const VoxelOverlap overlap = voxel_overlap(v.store, v.a, v.b, Pose::Identity(), kVoxel);
+  CHECK(overlap.ratio_a() == 0);
+  CHECK(overlap.ratio_b() == 0);
+  CHECK(known_bounds(v.store, v.b, kVoxel).isEmpty());
+}
+
+TEST_CASE("the bounds of a volume hold every known voxel and whole blocks only") {
+  TwoVolumes v;
+  v.set(v.a, {-1, 0, 17}, 5);
+  v.set(v.a, {9, 3, 2}, -5);
+  const Eigen::AlignedBox3d bounds = known_bounds(v.store, v.a, kVoxel);
+  CHECK((bounds.min() / kVoxel - Eigen::Vector3d(-8, 0, 0)).norm() < 1e-9);
+  CHECK((bounds.max() / kVoxel - Eigen::Vector3d(16, 8, 24)).norm() < 1e-9);
+}
+
+}  // namespace
+}  // namespace cloister
