@@ -10,7 +10,7 @@
 namespace cloister {
 namespace {
 
-constexpr double kWidth = 520, kHeight = 340;
+constexpr double kWidth = 520, kHeight = 336;
 constexpr double kLeft = 50, kRight = 508;
 constexpr int kIntervals = 220;
 
@@ -36,6 +36,10 @@ double tick_step(double range, int count, bool whole = false) {
     if (factor * power >= raw * 0.999) step = factor * power;
   }
   return whole ? std::max(1.0, step) : step;
+}
+
+std::string tick_text(double value) {
+  return value < 1000 ? compact(value, 4) : grouped(std::llround(value));
 }
 
 double time_step(double range_s) {
@@ -64,7 +68,7 @@ void put_value_axis(std::string& out, const Panel& panel, double step, double sh
   for (double value = 0; value <= panel.top * 1.0001; value += step) {
     const double y = panel.y(value);
     put_line(out, value == 0 ? "axis" : "grid", kLeft, y, kRight, y);
-    put_text(out, "right", kLeft - 6, y + 4, readable(value * shown_per_value));
+    put_text(out, "right", kLeft - 6, y + 4, tick_text(value * shown_per_value));
   }
 }
 
@@ -111,7 +115,7 @@ void put_time_axis(std::string& out, const TimeAxis& axis) {
 
 // ---- timing histograms ----
 
-constexpr int kBinsPerDecade = 10;
+constexpr int kBinsPerDecade = 20;
 
 // A logarithmic axis over whole bins that holds every duration.
 struct LogAxis {
@@ -137,17 +141,21 @@ void put_log_axis(std::string& out, const LogAxis& axis) {
       if (factor != 1.0 && !is_short) continue;
       const double ms = factor * std::pow(10.0, decade);
       const double k = kBinsPerDecade * std::log10(ms);
-      if (k < axis.first - 1e-6 || k > axis.last + 1 + 1e-6 || axis.x(ms) < last_x + 30) continue;
+      if (k < axis.first - 1e-6 || k > axis.last + 1 + 1e-6 || axis.x(ms) < last_x + 60) continue;
       last_x = axis.x(ms);
       put_line(out, "grid", last_x, kUpperTop, last_x, kUpperBottom);
       put_line(out, "grid", last_x, kLowerTop, last_x, kLowerBottom);
-      put_text(out, "middle", std::min(last_x, kRight - 8), kLowerBottom + 20, readable(ms));
+      put_text(out, "middle", std::min(last_x, kRight - 18), kLowerBottom + 20,
+               tick_text(ms) + " ms");
     }
   }
 }
 
-void put_percentile(std::string& out, const LogAxis& axis, const Panel& panel, double ms) {
-  put_line(out, "mark", axis.x(ms), panel.y_top - 4, axis.x(ms), panel.y_bottom);
+void put_percentile(std::string& out, const LogAxis& axis, const Panel& panel,
+                    std::string_view name, double ms) {
+  const double x = axis.x(ms);
+  put_line(out, "mark", x, panel.y_top, x, panel.y_bottom);
+  put_text(out, "", x + 4, panel.y_top + 9, name);
 }
 
 void put_histogram(std::string& out, std::string_view name, std::string_view css,
@@ -155,7 +163,8 @@ void put_histogram(std::string& out, std::string_view name, std::string_view css
   std::vector<std::int64_t> counts(static_cast<std::size_t>(axis.last - axis.first) + 1, 0);
   for (const float ms : durations_ms)
     ++counts[static_cast<std::size_t>(LogAxis::bin(ms) - axis.first)];
-  panel.top = static_cast<double>(*std::max_element(counts.begin(), counts.end()));
+  // The names of the marks need room above the bars.
+  panel.top = 1.2 * static_cast<double>(*std::max_element(counts.begin(), counts.end()));
   put_value_axis(out, panel, tick_step(panel.top, 3, true), 1.0);
   std::string bars;
   for (std::size_t k = 0; k < counts.size(); ++k) {
@@ -167,8 +176,8 @@ void put_histogram(std::string& out, std::string_view name, std::string_view css
   }
   put(out, "<path class=\"bar ", css, "\" d=\"", bars, "\"/>\n");
   const TimingSummary timing = summarise(durations_ms);
-  put_percentile(out, axis, panel, timing.p50);
-  put_percentile(out, axis, panel, timing.p99);
+  put_percentile(out, axis, panel, "p50", timing.p50);
+  put_percentile(out, axis, panel, "p99", timing.p99);
   std::string title(name);
   put(title, " <tspan class=\"note\">p50 ", readable(timing.p50), " · p99 ", readable(timing.p99),
       " · max ", readable(timing.max), " ms</tspan>");
@@ -277,9 +286,8 @@ std::string timing_chart_svg(const MissionRecord& record) {
   std::string out;
   open_svg(out, "Histograms of integration time and latency");
   put_log_axis(out, axis);
-  put_histogram(out, "Integration", "one", integrate_ms, axis, {kUpperTop, kUpperBottom, 1});
-  put_histogram(out, "Latency", "two", latency_ms, axis, {kLowerTop, kLowerBottom, 1});
-  put_text(out, "right", kRight, kHeight - 1, "milliseconds, scans per bin");
+  put_histogram(out, "Integration, scans", "one", integrate_ms, axis, {kUpperTop, kUpperBottom, 1});
+  put_histogram(out, "Latency, scans", "two", latency_ms, axis, {kLowerTop, kLowerBottom, 1});
   out += "</svg>\n";
   return out;
 }

@@ -1,5 +1,6 @@
 #include "firmware_interface/output/page_text.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -60,7 +61,7 @@ std::string readable(double value) {
   if (magnitude == 0) return "0";
   if (magnitude >= 999.5) return magnitude < 1e15 ? grouped(std::llround(value)) : fixed(value, 0);
   const int decimals = 2 - static_cast<int>(std::floor(std::log10(magnitude)));
-  return compact(value, std::min(decimals, 6));
+  return fixed(value, std::clamp(decimals, 0, 6));
 }
 
 std::string grouped(std::int64_t value) {

@@ -15,7 +15,7 @@ namespace cloister {
 /// Exactly `decimals` decimals: "12.50"; a dash for what is not finite.
 [[nodiscard]] std::string fixed(double value, int decimals);
 
-/// Three meaningful digits, with thousands set apart: "1,234", "12.3", "0.0123".
+/// Three meaningful digits, with thousands set apart: "1,234", "12.0", "0.0123".
 [[nodiscard]] std::string readable(double value);
 
 /// Thousands set apart by commas: "1,234,567".

@@ -10,7 +10,8 @@
 namespace cloister {
 namespace {
 
-constexpr double kFloorBelow_m = 0.5;  // how far under the path's ground a point still is floor
+constexpr double kFloorBelow_m =
+    0.15;  // further under the ground is the ceiling of the storey below
 constexpr double kFloorAbove_m = 0.3;
 constexpr double kWallTop_m = 2.0;
 constexpr double kMargin_m = 1.0;
@@ -39,18 +40,24 @@ void for_each_surface_point(const MissionRecord& record, const Visit& visit) {
 // it.
 double carrying_height_m(const MissionRecord& record, const std::vector<GroundLevel>& levels) {
   constexpr double kLowest_m = 0.2, kBin_m = 0.1;
-  std::array<std::int64_t, 28> histogram = {};
+  struct Bin {
+    std::int64_t count = 0;
+    double sum_m = 0;
+  };
+  std::array<Bin, 28> histogram = {};
   for_each_surface_point(record, [&](const Eigen::Vector3f& p_M, std::int32_t) {
     for (const GroundLevel& level : levels) {
       const double drop_m = level.sensor_z(p_M.x(), p_M.y()) - p_M.z() - kLowest_m;
       if (drop_m < 0 || drop_m >= kBin_m * histogram.size()) continue;
-      if (level.is_near_path(p_M.x(), p_M.y()))
-        ++histogram[static_cast<std::size_t>(drop_m / kBin_m)];
+      if (!level.is_near_path(p_M.x(), p_M.y())) continue;
+      Bin& bin = histogram[static_cast<std::size_t>(drop_m / kBin_m)];
+      ++bin.count;
+      bin.sum_m += drop_m;
     }
   });
-  const auto mode = std::max_element(histogram.begin(), histogram.end());
-  if (*mode == 0) return 1.0;
-  return kLowest_m + kBin_m * (static_cast<double>(mode - histogram.begin()) + 0.5);
+  const auto mode = std::max_element(histogram.begin(), histogram.end(),
+                                     [](const Bin& a, const Bin& b) { return a.count < b.count; });
+  return mode->count == 0 ? 1.0 : kLowest_m + mode->sum_m / static_cast<double>(mode->count);
 }
 
 std::vector<PlanPoint> slice(const MissionRecord& record, const std::vector<GroundLevel>& levels,
@@ -60,7 +67,7 @@ std::vector<PlanPoint> slice(const MissionRecord& record, const std::vector<Grou
     for (std::size_t s = 0; s < levels.size(); ++s) {
       const double height_m = p_M.z() - (levels[s].sensor_z(p_M.x(), p_M.y()) - carrying_m);
       if (height_m > kWallTop_m) continue;
-      if (height_m < -kFloorBelow_m && levels.size() > 1) continue;  // belongs to the storey below
+      if (height_m < -kFloorBelow_m && s > 0) continue;
       points.push_back({p_M.x(), p_M.y(), submap, static_cast<std::int32_t>(s),
                         height_m < kFloorAbove_m ? Part::kFloor : Part::kWall});
     }

@@ -135,7 +135,7 @@ text { fill: #a6b0bb } .title { fill: #e7eaee }
 
 std::string storey_title(const Plan& plan, std::size_t storey) {
   if (plan.storeys.size() == 1) return "Plan";
-  return "Floor at " + fixed(plan.storeys[storey].floor_z_m, 1) + " m";
+  return "Floor at " + compact(plan.storeys[storey].floor_z_m, 1) + " m";
 }
 
 std::string storey_svg(const MissionRecord& record, const Plan& plan, std::size_t storey) {

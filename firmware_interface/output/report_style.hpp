@@ -32,7 +32,7 @@ h2 { margin: 2.75rem 0 .75rem; padding-top: .9rem; border-top: 1px solid var(--r
 h3 { margin: 0 0 .4rem; font-size: .9375rem; }
 p { margin: 0 0 .75rem; max-width: 46rem; }
 .lede { font-size: 1.0625rem; color: var(--soft); }
-.keys { display: grid; grid-template-columns: repeat(auto-fit, minmax(10rem, 1fr)); gap: 1px; margin: 1.5rem 0 0;
+.keys { display: grid; grid-template-columns: repeat(4, 1fr); gap: 1px; margin: 1.5rem 0 0;
   background: var(--rule); border: 1px solid var(--rule); border-radius: 8px; overflow: hidden; }
 .keys div { padding: .8rem 1rem .75rem; background: var(--panel); }
 .keys dt { color: var(--soft); font-size: .8125rem; }
@@ -73,7 +73,7 @@ svg text { fill: var(--soft); }
 .chart .one { fill: var(--one); } .chart .two { fill: var(--two); }
 .chart .line.one, .chart .line.two { fill: none; }
 .scroll { max-height: 30rem; overflow: auto; border: 1px solid var(--rule); border-radius: 8px; -webkit-overflow-scrolling: touch; }
-.scroll.wide { max-height: none; }
+.scroll.wide { max-height: none; margin-top: 1.5rem; }
 table { width: 100%; border-collapse: collapse; font-size: .875rem; line-height: 1.35; }
 th, td { padding: .4rem .7rem; text-align: left; vertical-align: baseline; white-space: nowrap; border-bottom: 1px solid var(--grid); }
 tr:last-child td { border-bottom: 0; }
@@ -89,7 +89,7 @@ code, .mono { font-family: ui-monospace, "SF Mono", Menlo, Consolas, "DejaVu San
 .config { columns: 19rem auto; column-gap: 2rem; margin: 0; padding: 0; list-style: none; }
 .config li { display: flex; justify-content: space-between; gap: 1rem; padding: .2rem 0; border-bottom: 1px solid var(--grid); break-inside: avoid; }
 footer { margin-top: 2.75rem; padding-top: .9rem; border-top: 1px solid var(--rule); color: var(--soft); font-size: .8125rem; overflow-wrap: anywhere; }
-@media (max-width: 640px) {
+@media screen and (max-width: 640px) {
   main { padding: 1.25rem 1rem 2rem; }
   h2 { margin-top: 2rem; }
   .keys { grid-template-columns: 1fr 1fr; }
@@ -116,9 +116,11 @@ footer { margin-top: 2.75rem; padding-top: .9rem; border-top: 1px solid var(--ru
   .keys { grid-template-columns: repeat(4, 1fr); break-inside: avoid; }
   .keys .figure { font-size: 1.25rem; }
   .scroll, .note-box ul { max-height: none; overflow: visible; }
-  table { font-size: 8pt; }
+  table, th { font-size: 7.5pt; }
   th { position: static; }
-  th, td { padding: .2rem .4rem; }
+  th, td { padding: .15rem .3rem; }
+  th:last-child, td:last-child { white-space: normal; }
+  .config { font-size: 7.5pt; }
   thead { display: table-header-group; }
   tr { break-inside: avoid; }
 }

@@ -15,8 +15,8 @@ constexpr double kBin_m = 0.2;        // of the histogram of heights
 constexpr double kMinStorey_m = 1.5;  // between the sensor's heights on two levels
 constexpr double kMaxDip =
     0.4;  // of the lower of two peaks: more path than this between them joins them
-constexpr double kLevelBand_m = 1.0;  // path further than this from a level's height is stairs
-constexpr double kFootprint_m = 2.0;  // cell in which two levels are compared
+constexpr double kLevelBand_m = 0.25;  // path further than this from a level's height is stairs
+constexpr double kFootprint_m = 2.0;   // cell in which two levels are compared
 constexpr double kMinShared =
     0.1;  // of the smaller footprint: less does not count as one above the other
 
