@@ -27,13 +27,12 @@ struct G2oStats {
 ///
 ///     VERTEX_SE3:QUAT_TIME id x y z qx qy qz qw sec nsec
 ///     VERTEX_SE3:QUAT      id x y z qx qy qz qw
-///     EDGE_SE3:QUAT        i j x y z qx qy qz qw  [21 entries of the information matrix's upper
-///     triangle, by rows]
+///     EDGE_SE3:QUAT        i j x y z qx qy qz qw  [21 numbers]
 ///
-/// Information is over (translation, rotation) and is taken as that of a rotation vector in
-/// radians. Lines come in any order, ids are any integers from 0 on, an edge may point backwards
-/// and may repeat another. Quaternions are normalised. A text without vertices gives an empty
-/// graph.
+/// The 21 numbers are the upper triangle of the information matrix by rows. Information is over
+/// (translation, rotation) and is taken as that of a rotation vector in radians. Lines come in any
+/// order, ids are any integers from 0 on, an edge may point backwards and may repeat another.
+/// Quaternions are normalised. A text without vertices gives an empty graph.
 ///
 /// Refused at their line: wrong counts of numbers, numbers that are not finite, a vertex id that
 /// returns with other content, an edge that names an unknown node or the same node twice,
@@ -41,9 +40,10 @@ struct G2oStats {
 /// below -1e-6, which leaves room for six printed digits).
 ///
 /// @param file_name for messages
-/// @param stats     filled when not null; meaningful only on success
+/// @param stats filled when not null; meaningful only on success
 /// @return the graph, nodes sorted by id, edges in the order written, `PoseGraph::stamp` zero; or
-/// kInput with file:line O(n log n): about 10 ms for 6,275 edges with information.
+/// kInput with file:line
+/// Cost: O(n log n), about 10 ms for 6,275 edges with information.
 [[nodiscard]] Result<PoseGraph> read_g2o(std::string_view text, std::string_view file_name,
                                          const G2oOptions& options, G2oStats* stats = nullptr);
 

@@ -43,7 +43,7 @@ class LineReader {
  public:
   enum class Separator { kBlanks, kCommas };
 
-  /// @param text, file_name  outlive the reader; the name serves messages only
+  /// @param text, file_name outlive the reader; the name serves messages only
   LineReader(std::string_view text, std::string_view file_name,
              Separator separator = Separator::kBlanks);
 

@@ -72,11 +72,12 @@ struct MissionFolder {
 
 /// Looks through a mission directory:
 ///
-///     lidar.pcap, metadata.json, odometry.tum            or
-///     individual_clouds/cloud_<sec>_<nsec>.pcd pose_graph/NNNNNN_<stamp_ns>.g2o [, nodes.tum] or
-///     slam_pose_graph.slam, or one *.g2o or *.slam [, nodes.tum] mission.json (optional): name,
-///     variant ("pcap" or "individual_clouds"), pose_frame ("sensor" or "lidar"),
-///         T_pose_sensor ([x,y,z,qx,qy,qz,qw] or a 4x4 matrix by rows, metres)
+///     lidar.pcap, metadata.json, odometry.tum         packets; or
+///     individual_clouds/cloud_<sec>_<nsec>.pcd        clouds, with or without odometry.tum
+///     pose_graph/NNNNNN_<stamp_ns>.g2o                snapshots; or
+///     slam_pose_graph.slam, or one *.g2o or *.slam    a single graph, known from the start
+///     nodes.tum                                       optional, in the folder of the graphs
+///     mission.json                                    optional, see mission_json.hpp
 ///
 /// A mission that holds packets and clouds is read as mission.json's `variant` says, else by its
 /// packets. Snapshots in pose_graph/ go before a graph at the top. Files with other suffixes and

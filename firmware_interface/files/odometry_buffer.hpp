@@ -53,12 +53,11 @@ class OdometryBuffer {
   /// @return nothing when that would go past the limits
   [[nodiscard]] std::optional<Pose> at(SensorTime stamp, const Limits& limits) const;
 
-  /// Fills `poses` with what is needed to place everything measured in [begin, end], begin <= end: the poses at
-  /// both ends and the samples between them, as T_O_B in place of PoseSample::T_R_L; the caller
-  /// brings them to its own frames.
+  /// Fills `poses` with what is needed to place everything measured in [begin, end], begin <= end:
+  /// the poses at both ends and the samples between them, as T_O_B in place of PoseSample::T_R_L;
+  /// the caller brings them to its own frames.
   /// @param max_samples at least 2; of more samples in the span every k-th is kept, and both ends
-  /// @param poses       cleared first; empty unless the span is covered. Does not grow past
-  /// `max_samples`
+  /// @param poses cleared first; empty unless the span is covered. Does not grow past `max_samples`
   /// @return kCovered, or why not. An end extrapolated within its limit counts as covered.
   Coverage cover(SensorTime begin, SensorTime end, const Limits& limits, std::size_t max_samples,
                  std::vector<PoseSample>& poses) const;

@@ -25,10 +25,10 @@ struct PcdStats {
 /// are written in. Bytes after the last point of a binary cloud are ignored, as PCL does.
 ///
 /// @param file_name for messages
-/// @param points_L  finite points are appended, metres; unchanged when the read fails
+/// @param points_L finite points are appended, metres; unchanged when the read fails
 /// @return counts, or kInput with file:line (header, ascii) or file and byte (binary)
-/// Memory taken is bounded by the size of `bytes`, whatever its header claims (compressed: 88
-/// times, LZF's limit).
+/// Memory: bounded by the size of `bytes`, whatever its header claims (compressed: 88 times that,
+/// which is as far as LZF expands).
 [[nodiscard]] Result<PcdStats> read_pcd(std::string_view bytes, std::string_view file_name,
                                         std::vector<Eigen::Vector3f>& points_L);
 

@@ -14,8 +14,7 @@ namespace cloister {
 /// What the order of a trajectory's lines means.
 enum class TumOrder {
   /// Lines follow time. One that goes back is refused. Of lines with one stamp the last counts: a
-  /// restarted odometry
-  /// repeats its last stamp with its new pose.
+  /// restarted odometry repeats its last stamp with its new pose.
   kAscending,
   /// Every line is kept as it stands, whatever its stamp.
   kAsWritten,
