@@ -183,7 +183,8 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
         uncertainty_failed_ = true;
       }
     }
-    if (uncertainty_) judgement.sigma_m = uncertainty_->larger_sigma_m(root_a, root_b);
+    const auto sigma_m = uncertainty_ ? uncertainty_->larger_sigma_m(root_a, root_b) : std::nullopt;
+    if (sigma_m) judgement.sigma_m = {(*sigma_m)[0], (*sigma_m)[1], (*sigma_m)[2]};
   }
   judgement.is_accepted = judgement.sigma_m && (*judgement.sigma_m)[2] <= judgement.limit_m;
   return judgement;
