@@ -52,7 +52,10 @@ void count_crossing(const RTCFilterFunctionNArguments* arguments) {
   auto* context = reinterpret_cast<CrossingContext*>(arguments->context);
   for (unsigned k = 0; k < arguments->N; ++k) {
     if (arguments->valid[k] == 0) continue;
-    const float along = RTCHitN_Ng_z(arguments->hit, arguments->N, k);
+    const unsigned N = arguments->N;
+    const float along = RTCHitN_Ng_x(arguments->hit, N, k) * RTCRayN_dir_x(arguments->ray, N, k) +
+                        RTCHitN_Ng_y(arguments->hit, N, k) * RTCRayN_dir_y(arguments->ray, N, k) +
+                        RTCHitN_Ng_z(arguments->hit, N, k) * RTCRayN_dir_z(arguments->ray, N, k);
     context->winding +=
         along > 0.0F ? 1 : -1;  // the ray points up: leaving a solid counts up, entering down
     arguments->valid[k] = 0;    // go on past it

@@ -13,7 +13,8 @@ namespace {
 constexpr double kSpacing_m = 0.005;
 constexpr double kStep_s = 0.01;
 
-/// Weighted mean with a Gaussian window; the ends are extended by their own value.
+/// Weighted mean with a Gaussian window; past the ends the values go on mirrored in the end
+/// point, so that the ends stay where they are.
 template <typename T>
 std::vector<T> smooth(const std::vector<T>& values, double sigma_samples) {
   const int reach = static_cast<int>(std::ceil(3.0 * sigma_samples));
@@ -24,12 +25,15 @@ std::vector<T> smooth(const std::vector<T>& values, double sigma_samples) {
     total += k == 0 ? weights[k] : 2.0 * weights[k];
   }
   const int last = static_cast<int>(values.size()) - 1;
+  const auto value = [&](int i) -> T {
+    if (i < 0) return 2.0 * values.front() - values[std::min(last, -i)];
+    if (i > last) return 2.0 * values.back() - values[std::max(0, 2 * last - i)];
+    return values[i];
+  };
   std::vector<T> out(values.size());
   for (int i = 0; i <= last; ++i) {
     T sum = weights[0] * values[i];
-    for (int k = 1; k <= reach; ++k) {
-      sum += weights[k] * (values[std::max(0, i - k)] + values[std::min(last, i + k)]);
-    }
+    for (int k = 1; k <= reach; ++k) sum += weights[k] * (value(i - k) + value(i + k));
     out[i] = sum / total;
   }
   return out;
