@@ -152,10 +152,12 @@ void put_log_axis(std::string& out, const LogAxis& axis) {
 }
 
 void put_percentile(std::string& out, const LogAxis& axis, const Panel& panel,
-                    std::string_view name, double ms) {
+                    std::string_view name, double ms, bool name_on_left) {
   const double x = axis.x(ms);
   put_line(out, "mark", x, panel.y_top, x, panel.y_bottom);
-  put_text(out, "", x + 4, panel.y_top + 9, name);
+  name_on_left = name_on_left || x > kRight - 26;
+  put_text(out, name_on_left ? "right" : "left", x + (name_on_left ? -4 : 4), panel.y_top + 9,
+           name);
 }
 
 void put_histogram(std::string& out, std::string_view name, std::string_view css,
@@ -176,8 +178,8 @@ void put_histogram(std::string& out, std::string_view name, std::string_view css
   }
   put(out, "<path class=\"bar ", css, "\" d=\"", bars, "\"/>\n");
   const TimingSummary timing = summarise(durations_ms);
-  put_percentile(out, axis, panel, "p50", timing.p50);
-  put_percentile(out, axis, panel, "p99", timing.p99);
+  put_percentile(out, axis, panel, "p50", timing.p50, true);
+  put_percentile(out, axis, panel, "p99", timing.p99, false);
   std::string title(name);
   put(title, " <tspan class=\"note\">p50 ", readable(timing.p50), " · p99 ", readable(timing.p99),
       " · max ", readable(timing.max), " ms</tspan>");

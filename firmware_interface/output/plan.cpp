@@ -136,7 +136,7 @@ void place_labels(const MissionRecord& record, Plan& plan) {
       most_cells[i] = std::max(most_cells[i], regions.back()[i].cells);
     }
   }
-  const double clearance_m = 0.035 * (plan.max_M - plan.min_M).maxCoeff();
+  const double clearance_m = 0.05 * (plan.max_M - plan.min_M).maxCoeff();
   for (std::size_t s = 0; s < plan.storeys.size(); ++s) {
     std::vector<std::size_t> order;
     for (std::size_t i = 0; i < record.submaps.size(); ++i) {

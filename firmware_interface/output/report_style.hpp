@@ -73,6 +73,7 @@ svg text { fill: var(--soft); }
 .chart .one { fill: var(--one); } .chart .two { fill: var(--two); }
 .chart .line.one, .chart .line.two { fill: none; }
 .scroll { max-height: 30rem; overflow: auto; border: 1px solid var(--rule); border-radius: 8px; -webkit-overflow-scrolling: touch; }
+.scroll + p { margin-top: .5rem; }
 .scroll.wide { max-height: none; margin-top: 1.5rem; }
 table { width: 100%; border-collapse: collapse; font-size: .875rem; line-height: 1.35; }
 th, td { padding: .4rem .7rem; text-align: left; vertical-align: baseline; white-space: nowrap; border-bottom: 1px solid var(--grid); }

@@ -233,7 +233,7 @@ std::string timing_table(const MissionRecord& record) {
   row("Decoding", nullptr, r.cpu_decode_s);
   row("Spawn check", nullptr, r.cpu_spawn_check_s);
   row("Integration", &integrate_ms, r.cpu_integration_s);
-  row("Latency, last packet to last voxel", &latency_ms, -1);
+  row("Latency", &latency_ms, -1);
   row("Voxel overlap", &r.overlap_ms, r.cpu_overlap_s);
   row("Relative uncertainty", &r.uncertainty_ms, r.cpu_uncertainty_s);
   row("Fusion", &r.fuse_ms, r.cpu_fusion_s);
