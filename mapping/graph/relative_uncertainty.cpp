@@ -1,7 +1,6 @@
 #include "mapping/graph/relative_uncertainty.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -77,10 +76,8 @@ Matrix6d in_axes_of(const Pose& T_anchor_N, const Matrix6d& D) {
   return 0.5 * (S + S.transpose());
 }
 
-std::array<double, 3> sigma_of(const Matrix6d& covariance) {
-  std::array<double, 3> sigma_m = translational_variances_m2(covariance);
-  for (double& entry : sigma_m) entry = std::sqrt(entry);
-  return sigma_m;
+Eigen::Vector3d sigma_of(const Matrix6d& covariance) {
+  return translational_variances_m2(covariance).cwiseSqrt();
 }
 
 }  // namespace
@@ -188,26 +185,25 @@ std::optional<Matrix6d> RelativeUncertainty::covariance(NodeId i, NodeId j) {
   return in_axes_of(pair->j.T_anchor_N, spread(pair->i, pair->j));
 }
 
-std::optional<std::array<double, 3>> RelativeUncertainty::sigma_m(NodeId i, NodeId j) {
+std::optional<Eigen::Vector3d> RelativeUncertainty::sigma_m(NodeId i, NodeId j) {
   const std::optional<Matrix6d> S_ij = covariance(i, j);
   if (!S_ij) return std::nullopt;
   return sigma_of(*S_ij);
 }
 
-std::optional<std::array<double, 3>> RelativeUncertainty::larger_sigma_m(NodeId i, NodeId j) {
+std::optional<Eigen::Vector3d> RelativeUncertainty::larger_sigma_m(NodeId i, NodeId j) {
   const std::optional<Pair> pair = find(std::min(i, j), std::max(i, j));
   if (!pair) return std::nullopt;
   const Matrix6d D = spread(pair->i, pair->j);
-  const std::array<double, 3> forward = sigma_of(in_axes_of(pair->j.T_anchor_N, D));
-  const std::array<double, 3> backward = sigma_of(in_axes_of(pair->i.T_anchor_N, D));
-  return forward[2] >= backward[2] ? forward : backward;
+  const Eigen::Vector3d forward = sigma_of(in_axes_of(pair->j.T_anchor_N, D));
+  const Eigen::Vector3d backward = sigma_of(in_axes_of(pair->i.T_anchor_N, D));
+  return forward.z() >= backward.z() ? forward : backward;
 }
 
-std::array<double, 3> translational_variances_m2(const Matrix6d& covariance) {
+Eigen::Vector3d translational_variances_m2(const Matrix6d& covariance) {
   const Eigen::Matrix3d block = covariance.topLeftCorner<3, 3>();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(block, Eigen::EigenvaluesOnly);
-  const Eigen::Vector3d variances_m2 = solver.eigenvalues().cwiseMax(0.0);
-  return {variances_m2.x(), variances_m2.y(), variances_m2.z()};
+  return solver.eigenvalues().cwiseMax(0.0);
 }
 
 }  // namespace cloister

@@ -1,10 +1,11 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "mapping/core/result.hpp"
 #include "mapping/graph/block_cholesky.hpp"
@@ -55,12 +56,12 @@ class RelativeUncertainty {
   [[nodiscard]] std::optional<Matrix6d> covariance(NodeId i, NodeId j);
 
   /// Standard deviations [m] along the principal axes of S_ij's translational block, ascending.
-  [[nodiscard]] std::optional<std::array<double, 3>> sigma_m(NodeId i, NodeId j);
+  [[nodiscard]] std::optional<Eigen::Vector3d> sigma_m(NodeId i, NodeId j);
 
   /// For decisions: sigma_m(i, j) or sigma_m(j, i), whichever has the larger maximum. Exactly the
   /// same for (i, j) and (j, i). A pair is too uncertain when the last entry exceeds
   /// FusionConfig::max_sigma_m.
-  [[nodiscard]] std::optional<std::array<double, 3>> larger_sigma_m(NodeId i, NodeId j);
+  [[nodiscard]] std::optional<Eigen::Vector3d> larger_sigma_m(NodeId i, NodeId j);
 
  private:
   struct Node {
@@ -87,6 +88,6 @@ class RelativeUncertainty {
 };
 
 /// Eigenvalues [m^2] of the translational block of a covariance, ascending, not below zero.
-[[nodiscard]] std::array<double, 3> translational_variances_m2(const Matrix6d& covariance);
+[[nodiscard]] Eigen::Vector3d translational_variances_m2(const Matrix6d& covariance);
 
 }  // namespace cloister

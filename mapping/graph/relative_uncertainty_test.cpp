@@ -1,7 +1,6 @@
 #include "mapping/graph/relative_uncertainty.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -59,7 +58,7 @@ struct Reference {
   NodeId i = kNoNode;
   NodeId j = kNoNode;
   Matrix6d S;
-  std::array<double, 3> variances_m2;
+  Eigen::Vector3d variances_m2;
 };
 
 std::vector<Reference> read_references(const std::string& file) {
@@ -94,8 +93,8 @@ void check_references(const std::string& name, ResidualJacobian jacobian, const 
     CHECK(((*S - reference.S).cwiseAbs().cwiseQuotient(sigma * sigma.transpose())).maxCoeff() <=
           1e-6);
     CHECK(*S == S->transpose());
-    const std::array<double, 3> variances_m2 = translational_variances_m2(*S);
-    const std::array<double, 3> sigma_m = *uncertainty->sigma_m(reference.i, reference.j);
+    const Eigen::Vector3d variances_m2 = translational_variances_m2(*S);
+    const Eigen::Vector3d sigma_m = *uncertainty->sigma_m(reference.i, reference.j);
     for (int k = 0; k < 3; ++k) {
       CHECK(std::abs(variances_m2[k] - reference.variances_m2[k]) <=
             1e-6 * reference.variances_m2[k]);
@@ -142,7 +141,7 @@ int count_rejected(const std::string& name, const std::string& references) {
   REQUIRE(uncertainty);
   int rejected = 0;
   for (const Reference& pair : read_references(references)) {
-    if (uncertainty->sigma_m(pair.i, pair.j)->back() > kMaxSigma_m) ++rejected;
+    if (uncertainty->sigma_m(pair.i, pair.j)->z() > kMaxSigma_m) ++rejected;
   }
   return rejected;
 }
@@ -166,8 +165,8 @@ TEST_CASE("loop closures turn the corridor's refused pairs into accepted ones") 
   CHECK(count_rejected("corridor60", "corridor60_relative_exact.csv") == 0);
   auto open = RelativeUncertainty::build(read_graph("corridor60_open"));
   auto closed = RelativeUncertainty::build(read_graph("corridor60"));
-  CHECK(open->sigma_m(0, 57)->back() == doctest::Approx(0.352).epsilon(2e-3));
-  CHECK(closed->sigma_m(0, 57)->back() == doctest::Approx(0.0225).epsilon(3e-3));
+  CHECK(open->sigma_m(0, 57)->z() == doctest::Approx(0.352).epsilon(2e-3));
+  CHECK(closed->sigma_m(0, 57)->z() == doctest::Approx(0.0225).epsilon(3e-3));
 }
 
 TEST_CASE("the other direction of a pair is the same covariance seen from the other node") {
@@ -181,10 +180,9 @@ TEST_CASE("the other direction of a pair is the same covariance seen from the ot
     const Matrix6d S_ij = *uncertainty->covariance(i, j);
     const Matrix6d S_ji = *uncertainty->covariance(j, i);
     CHECK(S_ji.isApprox(Ad * S_ij * Ad.transpose(), 1e-10));
-    const std::array<double, 3> larger = *uncertainty->larger_sigma_m(i, j);
+    const Eigen::Vector3d larger = *uncertainty->larger_sigma_m(i, j);
     CHECK(larger == *uncertainty->larger_sigma_m(j, i));
-    CHECK(larger[2] ==
-          std::max(uncertainty->sigma_m(i, j)->back(), uncertainty->sigma_m(j, i)->back()));
+    CHECK(larger[2] == std::max(uncertainty->sigma_m(i, j)->z(), uncertainty->sigma_m(j, i)->z()));
   }
 }
 
@@ -241,7 +239,7 @@ TEST_CASE("a node is certain of itself") {
   auto uncertainty = RelativeUncertainty::build(read_graph("corridor60"));
   CHECK(*uncertainty->covariance(0, 0) == Matrix6d::Zero());
   CHECK(*uncertainty->covariance(30, 30) == Matrix6d::Zero());
-  CHECK(*uncertainty->larger_sigma_m(30, 30) == std::array<double, 3>{});
+  CHECK(*uncertainty->larger_sigma_m(30, 30) == Eigen::Vector3d::Zero());
 }
 
 TEST_CASE("graphs without edges or without nodes have no answer but for a node and itself") {
