@@ -13,10 +13,25 @@ namespace cloister {
 
 namespace {
 
+enum class Type { kNone, kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 };
+
+Type type_of(const std::string& name) {
+  static const std::map<std::string, Type> kTypes = {
+      {"char", Type::kI8},    {"int8", Type::kI8},     {"uchar", Type::kU8},
+      {"uint8", Type::kU8},   {"short", Type::kI16},   {"int16", Type::kI16},
+      {"ushort", Type::kU16}, {"uint16", Type::kU16},  {"int", Type::kI32},
+      {"int32", Type::kI32},  {"uint", Type::kU32},    {"uint32", Type::kU32},
+      {"float", Type::kF32},  {"float32", Type::kF32}, {"double", Type::kF64},
+      {"float64", Type::kF64}};
+  const auto found = kTypes.find(name);
+  return found == kTypes.end() ? Type::kNone : found->second;
+}
+
 struct Property {
   std::string name;
-  std::string type;
-  std::string count_type;  ///< of a list, else empty
+  Type type = Type::kNone;
+  bool is_list = false;
+  Type count_type = Type::kNone;  ///< of a list
 };
 
 struct Element {
@@ -25,13 +40,9 @@ struct Element {
   std::vector<Property> properties;
 };
 
-int size_of(const std::string& type) {
-  static const std::map<std::string, int> kSizes = {
-      {"char", 1},  {"uchar", 1},   {"int8", 1},   {"uint8", 1},  {"short", 2}, {"ushort", 2},
-      {"int16", 2}, {"uint16", 2},  {"int", 4},    {"uint", 4},   {"int32", 4}, {"uint32", 4},
-      {"float", 4}, {"float32", 4}, {"double", 8}, {"float64", 8}};
-  const auto found = kSizes.find(type);
-  return found == kSizes.end() ? 0 : found->second;
+std::size_t size_of(Type type) {
+  constexpr std::size_t kSizes[] = {0, 1, 1, 2, 2, 4, 4, 4, 8};
+  return kSizes[static_cast<std::size_t>(type)];
 }
 
 template <typename T>
@@ -41,15 +52,25 @@ double load(const char* bytes) {
   return static_cast<double>(value);
 }
 
-double number_of(const std::string& type, const char* bytes) {
-  if (type == "char" || type == "int8") return load<std::int8_t>(bytes);
-  if (type == "uchar" || type == "uint8") return load<std::uint8_t>(bytes);
-  if (type == "short" || type == "int16") return load<std::int16_t>(bytes);
-  if (type == "ushort" || type == "uint16") return load<std::uint16_t>(bytes);
-  if (type == "int" || type == "int32") return load<std::int32_t>(bytes);
-  if (type == "uint" || type == "uint32") return load<std::uint32_t>(bytes);
-  if (type == "float" || type == "float32") return load<float>(bytes);
-  return load<double>(bytes);
+double number_of(Type type, const char* bytes) {
+  switch (type) {
+    case Type::kI8:
+      return load<std::int8_t>(bytes);
+    case Type::kU8:
+      return load<std::uint8_t>(bytes);
+    case Type::kI16:
+      return load<std::int16_t>(bytes);
+    case Type::kU16:
+      return load<std::uint16_t>(bytes);
+    case Type::kI32:
+      return load<std::int32_t>(bytes);
+    case Type::kU32:
+      return load<std::uint32_t>(bytes);
+    case Type::kF32:
+      return load<float>(bytes);
+    default:
+      return load<double>(bytes);
+  }
 }
 
 /// The body of a PLY file as a stream of numbers, whichever way they are written.
@@ -58,9 +79,9 @@ class Body {
   Body(std::string bytes, std::size_t offset, std::size_t line, bool ascii)
       : bytes_(std::move(bytes)), at_(offset), line_(line), ascii_(ascii) {}
 
-  bool next(const std::string& type, double* value) {
+  bool next(Type type, double* value) {
     if (!ascii_) {
-      const auto size = static_cast<std::size_t>(size_of(type));
+      const std::size_t size = size_of(type);
       if (bytes_.size() - at_ < size) return false;
       *value = number_of(type, bytes_.data() + at_);
       at_ += size;
@@ -133,13 +154,20 @@ Result<Header> parse_header(const std::string& bytes, const std::string& file) {
       header.elements.push_back(std::move(element));
     } else if (word == "property") {
       Property property;
-      words >> property.type;
-      if (property.type == "list") words >> property.count_type >> property.type;
+      words >> word;
+      property.is_list = word == "list";
+      if (property.is_list) {
+        words >> word;
+        property.count_type = type_of(word);
+        words >> word;
+      }
+      property.type = type_of(word);
       words >> property.name;
-      const bool known = size_of(property.type) > 0 &&
-                         (property.count_type.empty() || size_of(property.count_type) > 0);
-      if (!words || !known || header.elements.empty())
+      const bool is_known =
+          property.type != Type::kNone && (!property.is_list || property.count_type != Type::kNone);
+      if (!words || !is_known || header.elements.empty()) {
         return bad("a property that makes no sense: " + line);
+      }
       header.elements.back().properties.push_back(std::move(property));
     } else if (word != "comment" && word != "obj_info" && !word.empty()) {
       return bad("unknown header line: " + line);
@@ -173,7 +201,7 @@ Result<TriangleMesh> read_ply(const std::filesystem::path& path) {
       Eigen::Vector3d vertex = Eigen::Vector3d::Constant(std::nan(""));
       for (const Property& property : element.properties) {
         double value = 0.0;
-        if (property.count_type.empty()) {
+        if (!property.is_list) {
           if (!body.next(property.type, &value))
             return bad("a number is missing in element " + element.name);
           if (property.name == "x") vertex.x() = value;

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "bench/simulate/trajectory.hpp"
+#include "mapping/core/pose.hpp"
+
+namespace cloister {
+
+/// How the map lies in the world, and how well the trajectories agree once it does.
+struct Alignment {
+  Pose T_W_M = Pose::Identity();
+  double rms_m = 0.0;  ///< of the positions, after alignment
+  double max_m = 0.0;
+};
+
+/// The rigid motion that brings estimated poses nearest to the true ones: least squares (Umeyama 1991, without scale)
+/// over each pose's origin and the tips of its axes, one metre long, so that a mission that hardly moves is aligned too.
+/// @param T_M_L estimated poses, not empty @param T_W_L true poses, looked up at the estimates' stamps
+[[nodiscard]] Alignment align(std::span<const StampedPose> T_M_L,
+                              const std::vector<StampedPose>& T_W_L);
+
+}  // namespace cloister
