@@ -22,17 +22,14 @@ struct Ipv4Fragment {
 
 /// Puts fragmented datagrams together (RFC 791), within fixed bounds.
 ///
-/// - Memory: `kMaxDatagrams` buffers of 64 KiB, taken at construction. When all are in use the one
-/// begun first is
-///   given up.
-/// - Age: a datagram whose fragments lie more than `kMaxAgeNs` apart is given up; ids come round
-/// within a minute.
-/// - A first fragment that differs from the one held, or a fragment that contradicts what is held
-/// (partial overlap,
-///   another end), begins the datagram anew: an id has been used again, and what was held is a
-///   stray.
-/// - A fragment that repeats one which is held replaces it.
-/// Every datagram given up is counted. Threads: one. Real-time: no allocation after construction.
+/// Memory: `kMaxDatagrams` buffers of 64 KiB, taken at construction; when all are in use, the one
+/// begun first is given up. Age: fragments more than `kMaxAgeNs` apart do not belong together, since
+/// ids come round within a minute. A fragment that repeats one that is held replaces it. A first
+/// fragment that differs from the one held, or any that contradicts what is held (partial overlap,
+/// another end), begins the datagram anew: its id has been used again, what was held is a stray.
+/// Every datagram given up is counted.
+///
+/// Threads: one at a time. Real-time: no allocation after construction.
 class Ipv4Reassembler {
  public:
   static constexpr int kMaxDatagrams = 16;

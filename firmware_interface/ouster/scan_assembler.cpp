@@ -202,7 +202,6 @@ void ScanAssembler::fill(Frame& frame, std::span<const std::byte> packet) {
     frame.column_stamps[target] = column.stamp;
     frame.last = frame.num_valid == 0 ? column.stamp : std::max(frame.last, column.stamp);
     ++frame.num_valid;
-    newest_stamp_ = column.stamp;
     packet_columns_.push_back(i);
     scan_columns_.push_back(column.measurement_id);
   }
@@ -239,7 +238,10 @@ void ScanAssembler::close(int& frame_idx) {
     std::shift_left(waiting_.begin(), waiting_.end(), 1);
     --num_waiting_;
   }
-  frame.closed = std::max(frame.last, newest_stamp_);
+  frame.closed = frame.last;
+  if (newest_ != kNone) {
+    frame.closed = std::max(frame.last, frames_[static_cast<std::size_t>(newest_)].last);
+  }
   waiting_[static_cast<std::size_t>(num_waiting_++)] = closed;
 }
 

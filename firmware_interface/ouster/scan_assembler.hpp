@@ -169,7 +169,6 @@ class ScanAssembler {
   bool has_begun_ = false;
   std::uint32_t newest_id_ = 0;  // newest frame id, open or closed
   int unexpected_run_ = 0;       // packets in a row whose frame id did not fit
-  SensorTime newest_stamp_;
 
   std::array<int, kMaxWaiting> waiting_{};  // finished frames, oldest first
   int num_waiting_ = 0;

@@ -46,32 +46,28 @@ struct SensorMetadata {
   UdpProfile profile = UdpProfile::kLegacy;
   std::uint16_t lidar_port = 7502;  ///< 0: the sensor sends no lidar packets
   std::uint16_t imu_port = 7503;
-  /// From the lidar's axis to where the beams leave, in the frame that turns with the encoder; y is
-  /// 0.
+  /// Where the beams leave, from the lidar's axis, in the frame that turns with the encoder; y = 0.
   Eigen::Vector3d t_lidar_beam_m = Eigen::Vector3d::Zero();
   Pose T_sensor_lidar = Pose::Identity();
 };
 
-/// Reads a sensor's metadata in the flat, the reduced (beam tables and mode only) or the nested
-/// form.
+/// Reads a sensor's metadata: the flat form, the reduced one (beam tables and mode only), the nested.
 ///
-/// What a file may leave out, and what stands in for it:
-/// | field                          | default |
-/// |--------------------------------|-----------------------------------------------------------------------------|
-/// | columns_per_packet             | 16 | | column_window                  | the whole revolution
-/// | | udp_profile_lidar              | LEGACY | | udp_port_lidar, udp_port_imu   | 7502, 7503 | |
-/// pixel_shift_by_row             | the azimuth table in columns, rounded, the smallest made 0 | |
-/// lidar_origin_to_beam_origin_mm | by prod_line: OS-0 27.67, OS-1 15.806, OS-2 13.762; not stated
-/// (gen-1 OS1) 12.163 | | beam_to_lidar_transform        | a shift by
-/// lidar_origin_to_beam_origin_mm along x                           | | lidar_to_sensor_transform
-/// | half a turn about z, and 36.18 mm up                                        | | prod_sn,
-/// initialization_id     | not known: the sensor is told from others by its address alone | A null
-/// stands for an absent field.
+/// What a file may leave out (a null stands for that too), and what is taken instead:
+/// - columns_per_packet: 16
+/// - column_window: the whole revolution
+/// - udp_profile_lidar: LEGACY
+/// - udp_port_lidar, udp_port_imu: 7502, 7503
+/// - pixel_shift_by_row: the azimuth table in columns, rounded, its smallest entry made 0
+/// - lidar_origin_to_beam_origin_mm: by prod_line, OS-0 27.67, OS-1 15.806, OS-2 13.762; 12.163 (the
+///   first generation's OS1) where no product line is stated
+/// - beam_to_lidar_transform: a shift by lidar_origin_to_beam_origin_mm along x
+/// - lidar_to_sensor_transform: half a turn about z, and 36.18 mm up
+/// - prod_sn, initialization_id: not known; the sensor is told from others by its address alone
 ///
 /// @param json       the file's text
 /// @param file_name  for messages
-/// @return the metadata, or kInput with file, line, field and bound of the first thing that is
-/// wrong
+/// @return the metadata, or kInput with file, line and field of the first thing that is wrong
 [[nodiscard]] Result<SensorMetadata> parse_metadata(std::string_view json,
                                                     std::string_view file_name);
 
