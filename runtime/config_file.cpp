@@ -5,7 +5,6 @@
 #include <sstream>
 #include <type_traits>
 
-#define TOML_EXCEPTIONS 0
 #include <toml++/toml.h>
 
 namespace cloister {
@@ -80,23 +79,29 @@ Result<ProgramConfig> load_config(const std::optional<std::filesystem::path>& fi
   if (file) {
     const std::string path = file->string();
     if (!std::filesystem::is_regular_file(*file)) return fail(ErrorKind::kUsage, path + ": no such configuration file");
-    const toml::parse_result parsed = toml::parse_file(path);
-    if (!parsed) {
-      return fail(ErrorKind::kUsage, path + ":" + std::to_string(parsed.error().source().begin.line) + ": " +
-                                         std::string(parsed.error().description()));
+    toml::table table;
+    try {
+      table = toml::parse_file(path);
+    } catch (const toml::parse_error& error) {
+      return fail(ErrorKind::kUsage, path + ":" + std::to_string(error.source().begin.line) + ": " +
+                                         std::string(error.description()));
     }
     const auto origin = [&](const toml::node& node) {
       return path + ":" + std::to_string(node.source().begin.line) + ": ";
     };
-    if (auto applied = apply(parsed.table(), config, origin); !applied) return tl::unexpected(applied.error());
+    if (auto applied = apply(table, config, origin); !applied) return tl::unexpected(applied.error());
   }
   for (const std::string& setting : settings) {
-    const toml::parse_result parsed = toml::parse(setting);
-    if (!parsed || setting.find('=') == std::string::npos) {
+    toml::table table;
+    try {
+      table = toml::parse(setting);
+    } catch (const toml::parse_error&) {
+    }
+    if (table.empty()) {
       return fail(ErrorKind::kUsage, "--set " + setting + ": must be key=value, as in voxel.voxel_size_m=0.1");
     }
     const auto origin = [](const toml::node&) { return std::string("--set "); };
-    if (auto applied = apply(parsed.table(), config, origin); !applied) return tl::unexpected(applied.error());
+    if (auto applied = apply(table, config, origin); !applied) return tl::unexpected(applied.error());
   }
   if (const auto problem = validate(config.map)) return fail(ErrorKind::kUsage, *problem);
   return config;

@@ -16,6 +16,8 @@
 #include "firmware_interface/map/map_query.hpp"
 #include "mapping/mesh/marching_cubes.hpp"
 
+#include "mapping/overlap/voxel_overlap.hpp"
+
 namespace cloister {
 namespace {
 
@@ -163,7 +165,7 @@ PlyReal ply_real_for(const MapView& map) {
   double reach_m = 0;
   for (const Submap* submap : map.submaps) {
     const Eigen::AlignedBox3d box_S =
-        known_box_S(*map.store, submap->volume, map.info.voxel_size_m);
+        known_bounds(*map.store, submap->volume, map.info.voxel_size_m);
     if (box_S.isEmpty()) continue;
     reach_m = std::max(reach_m, (submap->T_M_S * box_S.center()).cwiseAbs().maxCoeff() +
                                     0.5 * box_S.diagonal().norm());

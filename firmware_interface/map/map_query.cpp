@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "mapping/overlap/voxel_overlap.hpp"
+
 namespace cloister {
 
 void EvidenceSum::add(LogOdds log_odds, SubmapId submap) {
@@ -22,23 +24,6 @@ QueryAnswer EvidenceSum::answer(LogOdds lowest, LogOdds highest) const {
   return {state_of(log_odds), log_odds, submap_};
 }
 
-LogOdds log_odds_steps(double natural_log_odds) {
-  return static_cast<LogOdds>(
-      std::lround(std::clamp(natural_log_odds / kLogOddsStep, -127.0, 127.0)));
-}
-
-Eigen::AlignedBox3d known_box_S(const VoxelStore& store, const Volume& volume,
-                                double voxel_size_m) {
-  Eigen::AlignedBox3d box_S;
-  const double edge_m = kBlockEdge * voxel_size_m;
-  volume.for_each_block(store, [&](const BlockCoord& block, const BlockView&) {
-    const Eigen::Vector3d low = block.cast<double>();
-    box_S.extend(low * edge_m);
-    box_S.extend((low.array() + 1.0).matrix() * edge_m);
-  });
-  return box_S;
-}
-
 MapQuery::MapQuery(const MapView& map)
     : info_(map.info),
       lowest_(log_odds_steps(map.info.log_odds_min)),
@@ -46,7 +31,7 @@ MapQuery::MapQuery(const MapView& map)
       store_(map.store) {
   const Eigen::Vector3d margin = Eigen::Vector3d::Constant(info_.voxel_size_m);
   for (const Submap* submap : sorted_submaps(map)) {
-    const Eigen::AlignedBox3d box_S = known_box_S(*store_, submap->volume, info_.voxel_size_m);
+    const Eigen::AlignedBox3d box_S = known_bounds(*store_, submap->volume, info_.voxel_size_m);
     if (box_S.isEmpty()) continue;
     Eigen::AlignedBox3d box_M;
     for (int corner = 0; corner < 8; ++corner) {

@@ -34,17 +34,10 @@ class EvidenceSum {
   SubmapId submap_ = kNoSubmap;
 };
 
-/// A bound of the map's evidence in steps of LogOdds.
-[[nodiscard]] LogOdds log_odds_steps(double natural_log_odds);
-
 /// Log-odds in natural units: n / 20 rather than n * 0.05, which would print as 0.8500000000000001.
 [[nodiscard]] inline double natural_log_odds(LogOdds log_odds) {
   return log_odds / (1.0 / kLogOddsStep);
 }
-
-/// The box of the known blocks of a volume, in S.
-[[nodiscard]] Eigen::AlignedBox3d known_box_S(const VoxelStore& store, const Volume& volume,
-                                              double voxel_size_m);
 
 /// Asks a map about points in M. The map must outlive the query and stay as it is.
 ///

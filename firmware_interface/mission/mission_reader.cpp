@@ -209,11 +209,11 @@ std::int64_t MissionReader::num_scans_expected() const {
 
 std::map<std::string, std::int64_t> MissionReader::drops() const {
   std::map<std::string, std::int64_t> drops = drops_;
-  const auto add = [&](const std::map<std::string, std::uint64_t>& losses) {
-    for (const auto& [cause, count] : losses) drops[cause] += static_cast<std::int64_t>(count);
+  const auto add = [&](const std::map<std::string, std::uint64_t>& counts) {
+    for (const auto& [cause, count] : counts) drops[cause] += static_cast<std::int64_t>(count);
   };
-  if (packets_) add(packets_->counters().losses());
-  if (assembler_) add(assembler_->counters().losses());
+  if (packets_) add(packets_->counters().drops());
+  if (assembler_) add(assembler_->counters().drops());
   if (skipped_records_ > 0) drops["graph_records_skipped"] = skipped_records_;
   std::erase_if(drops, [](const auto& item) { return item.second == 0; });
   return drops;

@@ -20,17 +20,16 @@ namespace cloister {
 /// blocks. Terms as in T. Davis, "Direct Methods for Sparse Linear Systems" (2006), chapters 4 and
 /// 7; the numeric phase is right-looking, in place.
 ///
-/// Blocks are numbered as the caller numbers them; the permutation stays inside. Threads: one at a
-/// time.
+/// Blocks are numbered as the caller numbers them; the permutation stays inside.
+/// Threads: one at a time.
 class BlockCholesky {
  public:
   /// A block's row and column in A; which of the two is larger does not matter.
   using Position = std::pair<int, int>;
 
-  /// Fixes the structure and sets A to zero. O(blocks of L). Allocates all that later calls need.
-  /// @param off_diagonal  where A is not zero besides its diagonal; may repeat; row and column
-  /// differ, both in
-  ///                      [0, num_blocks)
+  /// Fixes the structure and sets A to zero. O(blocks of L). Allocates L.
+  /// @param off_diagonal  where A is not zero besides its diagonal: row and column differ, both in
+  ///                      [0, num_blocks); positions may repeat
   BlockCholesky(int num_blocks, std::span<const Position> off_diagonal);
 
   /// A(block, block) += value (symmetric).

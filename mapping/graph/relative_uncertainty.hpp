@@ -13,12 +13,10 @@
 
 namespace cloister {
 
-/// How the residual e = Log(Z^-1 T_i^-1 T_j) of an edge is linearised, T = mean * Exp(xi) from the
-/// right.
+/// How an edge's residual e = Log(Z^-1 T_i^-1 T_j) is linearised, with T = mean * Exp(xi).
 enum class ResidualJacobian {
   kExact,         ///< de/dxi_j = Jr^-1(e), de/dxi_i = -Jr^-1(e) Ad(T_ij^-1): the project's choice
-  kGtsamDefault,  ///< the same without Jr^-1(e), as GTSAM's between-factor has it unless told
-                  ///< otherwise
+  kGtsamDefault,  ///< the same without Jr^-1(e), as GTSAM's between-factor is built by default
 };
 
 /// How well the relative pose of two nodes is known, given one revision of a pose graph.
@@ -43,9 +41,9 @@ enum class ResidualJacobian {
 class RelativeUncertainty {
  public:
   /// Assembles and factors. About 1 ms per 200 nodes in a graph with loops.
-  /// @return kInput with the node's or edge's ids when a pose or an information matrix is not
-  /// finite, when an edge
-  ///         names an unknown node, or when the information is singular or indefinite
+  /// @return kInput with the node's or edge's ids when a pose, a measurement or an information
+  ///         matrix is not finite, when an edge does not join two nodes of the graph, or when the
+  ///         information is singular or indefinite
   [[nodiscard]] static Result<RelativeUncertainty> build(
       const PoseGraph& graph, ResidualJacobian jacobian = ResidualJacobian::kExact);
 

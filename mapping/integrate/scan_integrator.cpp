@@ -1,7 +1,6 @@
 #include "mapping/integrate/scan_integrator.hpp"
 
 #include <bit>
-#include <cmath>
 
 namespace cloister {
 namespace {
@@ -23,8 +22,6 @@ void for_each_bit(std::uint64_t word, Visitor&& visit) {
 }
 
 }  // namespace
-
-int log_odds_steps(double log_odds) { return static_cast<int>(std::lround(log_odds / kLogOddsStep)); }
 
 ScanIntegrator::ScanIntegrator(const VoxelConfig& config)
     : marker_(config.voxel_size_m, config.max_range_m, kWindowSlackM, kMaxScanBlocks),

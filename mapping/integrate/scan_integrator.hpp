@@ -38,9 +38,6 @@ class ScanIntegrator {
   int highest_;
 };
 
-/// Log-odds in the map's steps, rounded to the nearest.
-[[nodiscard]] int log_odds_steps(double log_odds);
-
 /// Sum of two observations within limits; what cancels exactly keeps the sign of `evidence`.
 [[nodiscard]] constexpr LogOdds add_log_odds(int value, int evidence, int lowest, int highest) {
   const int sum = value + evidence;

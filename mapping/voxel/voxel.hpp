@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include <Eigen/Core>
@@ -13,6 +15,11 @@ using LogOdds = std::int8_t;
 
 inline constexpr double kLogOddsStep = 0.05;  ///< one unit of LogOdds in natural log-odds
 inline constexpr LogOdds kUnknownLogOdds = 0;
+
+/// Natural log-odds in steps, rounded to the nearest, within what a LogOdds can hold.
+[[nodiscard]] inline LogOdds log_odds_steps(double natural) {
+  return static_cast<LogOdds>(std::lround(std::clamp(natural / kLogOddsStep, -127.0, 127.0)));
+}
 
 enum class VoxelState : std::uint8_t { kUnknown, kFree, kOccupied };
 
