@@ -1,32 +1,21 @@
 #include "firmware_interface/output/config_json.hpp"
 
+#include <string_view>
+
+#include "mapping/core/config_fields.hpp"
+
 namespace cloister {
 
 nlohmann::ordered_json config_json(const Config& config) {
-  const auto& [voxel, spawn, fusion, memory, scan, baseline] = config;
   nlohmann::ordered_json json;
-  json["baseline"] = baseline;
-  json["voxel"] = {{"voxel_size_m", voxel.voxel_size_m},   {"min_range_m", voxel.min_range_m},
-                   {"max_range_m", voxel.max_range_m},     {"log_odds_hit", voxel.log_odds_hit},
-                   {"log_odds_miss", voxel.log_odds_miss}, {"log_odds_min", voxel.log_odds_min},
-                   {"log_odds_max", voxel.log_odds_max}};
-  json["spawn"] = {{"min_overlap", spawn.min_overlap},
-                   {"filter_m", spawn.filter_m},
-                   {"cloud_lag_m", spawn.cloud_lag_m},
-                   {"max_correction_m", spawn.max_correction_m},
-                   {"baseline_distance_m", spawn.baseline_distance_m}};
-  json["fusion"] = {{"min_overlap", fusion.min_overlap},
-                    {"min_overlap_loop", fusion.min_overlap_loop},
-                    {"max_sigma_m", fusion.max_sigma_m},
-                    {"max_sigma_unlooped_m", fusion.max_sigma_unlooped_m},
-                    {"default_information", fusion.default_information}};
-  json["memory"] = {{"budget_bytes", memory.budget_bytes},
-                    {"max_submaps", memory.max_submaps},
-                    {"max_cloud_points", memory.max_cloud_points}};
-  json["scan"] = {{"max_points", scan.max_points},
-                  {"max_odometry_gap_s", scan.max_odometry_gap_s},
-                  {"max_odometry_wait_s", scan.max_odometry_wait_s},
-                  {"stamp_offset_s", scan.stamp_offset_s}};
+  visit_fields(config, [&json](std::string_view name, const auto& value, auto, auto) {
+    const std::size_t dot = name.find('.');
+    if (dot == std::string_view::npos) {
+      json[std::string(name)] = value;
+    } else {
+      json[std::string(name.substr(0, dot))][std::string(name.substr(dot + 1))] = value;
+    }
+  });
   return json;
 }
 

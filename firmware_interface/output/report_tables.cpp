@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <numeric>
+#include <type_traits>
 
-#include "firmware_interface/output/config_json.hpp"
+#include "firmware_interface/files/text_format.hpp"
 #include "firmware_interface/output/events_jsonl.hpp"
 #include "firmware_interface/output/page_text.hpp"
 #include "firmware_interface/output/submap_colour.hpp"
+#include "mapping/core/config_fields.hpp"
 
 namespace cloister {
 namespace {
@@ -249,18 +251,15 @@ std::string counts_tables(const MissionRecord& record) {
 
 std::string config_list(const Config& config) {
   std::string out = "<ul class=\"config mono\">\n";
-  const auto item = [&out](std::string_view name, const nlohmann::ordered_json& value) {
-    put(out, "<li><span class=\"soft\">", name, "</span><span>", escape_xml(value.dump()),
-        "</span></li>\n");
-  };
-  const nlohmann::ordered_json sections = config_json(config);
-  for (const auto& [section, fields] : sections.items()) {
-    if (!fields.is_object()) {
-      item(section, fields);
-      continue;
+  visit_fields(config, [&out](std::string_view name, const auto& value, auto, auto) {
+    put(out, "<li><span class=\"soft\">", name, "</span><span>");
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, bool>) {
+      out += value ? "true" : "false";
+    } else {
+      append_number(out, value);
     }
-    for (const auto& [field, value] : fields.items()) item(section + "." + field, value);
-  }
+    out += "</span></li>\n";
+  });
   out += "</ul>\n";
   return out;
 }
