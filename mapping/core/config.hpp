@@ -22,6 +22,7 @@ struct SpawnConfig {
   double min_overlap = 0.6;      ///< R_point at or below which a scan starts a new submap
   double filter_m = 0.25;        ///< r_filter: edge of the voxel filter of scan and submap cloud
   double cloud_lag_m = 2.0;      ///< a scan joins its submap's cloud once the sensor has moved this far from it
+  double min_covisibility = 0.5; ///< share of a submap's scans that must see a place for it to count as part of it
   double max_correction_m = 0.065;  ///< a graph correction that shifts the present place further starts a new submap
   double baseline_distance_m = 10.0;  ///< distance travelled per submap in baseline mode
 };
@@ -40,7 +41,7 @@ struct FusionConfig {
 struct MemoryConfig {
   std::int64_t budget_bytes = 1024LL << 20;  ///< voxel blocks, indices and bookkeeping of all submaps
   int max_submaps = 2048;
-  std::int64_t max_cloud_points = 4'000'000;  ///< filtered points of all submap clouds
+  std::int64_t max_cloud_points = 1'000'000;  ///< filtered points of the active submap's cloud
 };
 
 /// What is done to a scan before it is integrated.

@@ -103,10 +103,11 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   }
   filter_cloud();
   cloud_.advance(travel_m_);
-  outcome.overlap_ratio = cloud_.overlap();
-  if (outcome.overlap_ratio <= config_.spawn.min_overlap) return spawn(scan, SpawnReason::kOverlap, outcome);
   // One cloud a node is far from its neighbours already; scans of a turning sensor are not.
-  if (scan.kind == Scan::Kind::kCloud) {
+  const bool is_lone_cloud = scan.kind == Scan::Kind::kCloud;
+  outcome.overlap_ratio = cloud_.overlap(!is_lone_cloud);
+  if (outcome.overlap_ratio <= config_.spawn.min_overlap) return spawn(scan, SpawnReason::kOverlap, outcome);
+  if (is_lone_cloud) {
     cloud_.add_now();
   } else {
     cloud_.add(travel_m_);

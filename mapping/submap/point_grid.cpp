@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
+
+#include "mapping/submap/cell_key.hpp"
 
 namespace cloister {
 
@@ -14,12 +15,12 @@ PointGrid::PointGrid(double cell_m, std::size_t max_points)
   // A neighbour closer than sqrt(3) cells lies at most two cells away along each axis.
   for (std::int32_t z = -2; z <= 2; ++z) {
     for (std::int32_t y = -2; y <= 2; ++y) {
-      for (std::int32_t x = -2; x <= 2; ++x) offsets_.push_back({x, y, z});
+      for (std::int32_t x = -2; x <= 2; ++x) offsets_.emplace_back(x, y, z);
     }
   }
-  const auto distance = [](const Cell& c) { return c[0] * c[0] + c[1] * c[1] + c[2] * c[2]; };
-  std::stable_sort(offsets_.begin(), offsets_.end(),
-                   [&](const Cell& a, const Cell& b) { return distance(a) < distance(b); });
+  std::stable_sort(offsets_.begin(), offsets_.end(), [](const Eigen::Vector3i& a, const Eigen::Vector3i& b) {
+    return a.squaredNorm() < b.squaredNorm();
+  });
 }
 
 void PointGrid::clear() {
@@ -30,30 +31,16 @@ void PointGrid::clear() {
   }
 }
 
-PointGrid::Cell PointGrid::cell_of(const Eigen::Vector3f& point) const {
-  return {static_cast<std::int32_t>(std::floor(point.x() * cells_per_metre_)),
-          static_cast<std::int32_t>(std::floor(point.y() * cells_per_metre_)),
-          static_cast<std::int32_t>(std::floor(point.z() * cells_per_metre_))};
-}
-
-std::uint64_t PointGrid::key_of(std::int32_t x, std::int32_t y, std::int32_t z) {
-  constexpr std::int32_t kOffset = 1 << 20;
-  constexpr std::uint64_t kMask = (1u << 21) - 1;
-  return (static_cast<std::uint64_t>(x + kOffset) & kMask) |
-         ((static_cast<std::uint64_t>(y + kOffset) & kMask) << 21) |
-         ((static_cast<std::uint64_t>(z + kOffset) & kMask) << 42);
-}
-
 std::size_t PointGrid::find(std::uint64_t key) const {
   const std::size_t mask = table_.size() - 1;
-  std::size_t place = (key * 0x9e3779b97f4a7c15ull >> 20) & mask;
+  std::size_t place = first_place(key, table_.size());
   while (table_[place].generation == generation_ && table_[place].key != key) place = (place + 1) & mask;
   return place;
 }
 
 bool PointGrid::insert(const Eigen::Vector3f& point) {
-  const Cell cell = cell_of(point);
-  const std::uint64_t key = key_of(cell[0], cell[1], cell[2]);
+  const Eigen::Vector3i cell = cell_of(point, cells_per_metre_);
+  const std::uint64_t key = cell_key(cell.x(), cell.y(), cell.z());
   Entry& entry = table_[find(key)];
   if (entry.generation == generation_ || is_full()) return false;
   entry = {generation_, point, key};
@@ -62,9 +49,10 @@ bool PointGrid::insert(const Eigen::Vector3f& point) {
 }
 
 bool PointGrid::has_neighbour(const Eigen::Vector3f& point) const {
-  const Cell cell = cell_of(point);
-  for (const Cell& offset : offsets_) {
-    const Entry& entry = table_[find(key_of(cell[0] + offset[0], cell[1] + offset[1], cell[2] + offset[2]))];
+  const Eigen::Vector3i cell = cell_of(point, cells_per_metre_);
+  for (const Eigen::Vector3i& offset : offsets_) {
+    const Eigen::Vector3i near = cell + offset;
+    const Entry& entry = table_[find(cell_key(near.x(), near.y(), near.z()))];
     if (entry.generation == generation_ && (entry.point - point).squaredNorm() < radius_squared_m2_) return true;
   }
   return false;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -35,10 +34,6 @@ class PointGrid {
     Eigen::Vector3f point;
     std::uint64_t key = 0;
   };
-  using Cell = std::array<std::int32_t, 3>;
-
-  [[nodiscard]] Cell cell_of(const Eigen::Vector3f& point) const;
-  [[nodiscard]] static std::uint64_t key_of(std::int32_t x, std::int32_t y, std::int32_t z);
   /// The entry of a key, or the free one where it would go.
   [[nodiscard]] std::size_t find(std::uint64_t key) const;
 
@@ -48,7 +43,7 @@ class PointGrid {
   std::size_t num_points_ = 0;
   std::uint32_t generation_ = 1;
   std::vector<Entry> table_;
-  std::vector<Cell> offsets_;  ///< cells that can hold a neighbour, nearest first
+  std::vector<Eigen::Vector3i> offsets_;  ///< cells that can hold a neighbour, nearest first
 };
 
 }  // namespace cloister

@@ -7,6 +7,7 @@
 
 #include "mapping/core/config.hpp"
 #include "mapping/scan/deskew.hpp"
+#include "mapping/submap/covisibility_grid.hpp"
 #include "mapping/submap/point_grid.hpp"
 
 namespace cloister {
@@ -19,6 +20,10 @@ namespace cloister {
 /// for the distance between graph nodes in the paper, but does not depend on where the nodes happen to lie: every
 /// doorway is judged alike.
 ///
+/// Of the cloud, only what is established counts (see CovisibilityGrid): through an open door a sensor sees most of
+/// the next room bit by bit long before it goes there, and no overlap would ever fall. Clouds of one scan a node are
+/// compared as they are, as in the paper.
+///
 /// Threads: one owner. Real-time: no allocation after construction.
 class SubmapCloud {
  public:
@@ -29,7 +34,8 @@ class SubmapCloud {
   void filter(const RayBundle& bundle, const Eigen::Isometry3f& T_C_S);
   /// R_point: share of the filtered scan's points whose nearest point of the cloud is closer than sqrt(3) x filter.
   /// 1 for a scan without points: it cannot ask for a new submap.
-  [[nodiscard]] double overlap() const;
+  /// @param established_only  leave out the part of the cloud that was seen in too few scans
+  [[nodiscard]] double overlap(bool established_only) const;
   /// Empties the cloud and begins it with the filtered scan.
   void restart();
   /// Hands the filtered scan in for later. @param travel_m  way of the sensor so far
@@ -48,8 +54,11 @@ class SubmapCloud {
     std::vector<Eigen::Vector3f> points;
   };
 
+  void absorb(const std::vector<Eigen::Vector3f>& points);
+
   double lag_m_;
   PointGrid cloud_;
+  CovisibilityGrid covisibility_;
   PointGrid scan_filter_;
   std::vector<Eigen::Vector3f> filtered_;
   std::vector<Pending> pending_;  ///< ring, oldest at pending_begin_
