@@ -115,38 +115,48 @@ void put_time_axis(std::string& out, const TimeAxis& axis) {
 
 // ---- timing histograms ----
 
-constexpr int kBinsPerDecade = 20;
-
-// A logarithmic axis over whole bins that holds every duration.
+// A logarithmic axis over whole bins that holds every duration: some two dozen bins, however wide the range.
 struct LogAxis {
-  int first = 0, last = 0;  // bins; bin k spans 10^(k / kBinsPerDecade) ms and the next
+  int bins_per_decade = 10;
+  int first = 0, last = 0;  // bins; bin k spans 10^(k / bins_per_decade) ms and the next
 
-  static int bin(double ms) {
-    return static_cast<int>(std::floor(kBinsPerDecade * std::log10(std::clamp(ms, 1e-4, 1e9))));
+  LogAxis(double least_ms, double most_ms) {
+    const double decades = std::log10(clamped(most_ms)) - std::log10(clamped(least_ms));
+    bins_per_decade = static_cast<int>(std::clamp(24.0 / std::max(decades, 0.01), 5.0, 60.0));
+    first = bin(least_ms) - 1;
+    last = bin(most_ms) + 1;
   }
-  [[nodiscard]] double x(double ms) const {
-    return x_of_bin(kBinsPerDecade * std::log10(std::max(ms, 1e-4)));
+  static double clamped(double ms) { return std::clamp(ms, 1e-4, 1e9); }
+  [[nodiscard]] double position(double ms) const {
+    return bins_per_decade * std::log10(clamped(ms));
   }
+  [[nodiscard]] int bin(double ms) const { return static_cast<int>(std::floor(position(ms))); }
+  [[nodiscard]] double x(double ms) const { return x_of_bin(position(ms)); }
   [[nodiscard]] double x_of_bin(double k) const {
     return kLeft + (kRight - kLeft) * std::clamp((k - first) / (last + 1 - first), 0.0, 1.0);
   }
 };
 
+// Round durations, as many as there is room for: the rounder ones have their place first.
 void put_log_axis(std::string& out, const LogAxis& axis) {
-  const bool is_short = axis.last - axis.first < 2 * kBinsPerDecade;
-  double last_x = -100;
-  for (int decade = axis.first / kBinsPerDecade - 1; decade <= axis.last / kBinsPerDecade + 1;
-       ++decade) {
-    for (const double factor : {1.0, 2.0, 5.0}) {
-      if (factor != 1.0 && !is_short) continue;
-      const double ms = factor * std::pow(10.0, decade);
-      const double k = kBinsPerDecade * std::log10(ms);
-      if (k < axis.first - 1e-6 || k > axis.last + 1 + 1e-6 || axis.x(ms) < last_x + 60) continue;
-      last_x = axis.x(ms);
-      put_line(out, "grid", last_x, kUpperTop, last_x, kUpperBottom);
-      put_line(out, "grid", last_x, kLowerTop, last_x, kLowerBottom);
-      put_text(out, "middle", std::min(last_x, kRight - 18), kLowerBottom + 20,
-               tick_text(ms) + " ms");
+  constexpr double kRoom = 56;
+  std::vector<double> taken;
+  for (const std::initializer_list<double> factors :
+       {std::initializer_list<double>{1}, {5}, {2}, {3, 4, 6, 8}, {1.5, 2.5, 7, 9}}) {
+    for (int decade = -4; decade < 9; ++decade) {
+      for (const double factor : factors) {
+        const double ms = factor * std::pow(10.0, decade);
+        const double k = axis.position(ms);
+        const double x = axis.x(ms);
+        if (k < axis.first || k > axis.last + 1 || x > kRight - 18) continue;
+        if (std::any_of(taken.begin(), taken.end(),
+                        [&](double other) { return std::abs(x - other) < kRoom; }))
+          continue;
+        taken.push_back(x);
+        put_line(out, "grid", x, kUpperTop, x, kUpperBottom);
+        put_line(out, "grid", x, kLowerTop, x, kLowerBottom);
+        put_text(out, "middle", x, kLowerBottom + 20, tick_text(ms) + " ms");
+      }
     }
   }
 }
@@ -163,8 +173,7 @@ void put_percentile(std::string& out, const LogAxis& axis, const Panel& panel,
 void put_histogram(std::string& out, std::string_view name, std::string_view css,
                    const std::vector<float>& durations_ms, const LogAxis& axis, Panel panel) {
   std::vector<std::int64_t> counts(static_cast<std::size_t>(axis.last - axis.first) + 1, 0);
-  for (const float ms : durations_ms)
-    ++counts[static_cast<std::size_t>(LogAxis::bin(ms) - axis.first)];
+  for (const float ms : durations_ms) ++counts[static_cast<std::size_t>(axis.bin(ms) - axis.first)];
   // The names of the marks need room above the bars.
   panel.top = 1.2 * static_cast<double>(*std::max_element(counts.begin(), counts.end()));
   put_value_axis(out, panel, tick_step(panel.top, 3, true), 1.0);
@@ -275,15 +284,9 @@ std::string timing_chart_svg(const MissionRecord& record) {
   const std::vector<float> integrate_ms = finite_durations(record, &TimelineRow::integrate_ms);
   const std::vector<float> latency_ms = finite_durations(record, &TimelineRow::latency_ms);
   if (integrate_ms.empty() || latency_ms.empty()) return {};
-  LogAxis axis{LogAxis::bin(integrate_ms.front()), LogAxis::bin(integrate_ms.front())};
-  for (const auto* durations_ms : {&integrate_ms, &latency_ms}) {
-    for (const float ms : *durations_ms) {
-      axis.first = std::min(axis.first, LogAxis::bin(ms));
-      axis.last = std::max(axis.last, LogAxis::bin(ms));
-    }
-  }
-  --axis.first;
-  ++axis.last;
+  const auto [least_a, most_a] = std::minmax_element(integrate_ms.begin(), integrate_ms.end());
+  const auto [least_b, most_b] = std::minmax_element(latency_ms.begin(), latency_ms.end());
+  const LogAxis axis(std::min(*least_a, *least_b), std::max(*most_a, *most_b));
 
   std::string out;
   open_svg(out, "Histograms of integration time and latency");

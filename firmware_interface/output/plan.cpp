@@ -119,7 +119,7 @@ std::size_t rasterise(const std::vector<PlanPoint>& points, double cell_m, Plan&
     // The floor is a wash behind the walls: coarser, and with the holes between the sensor's rings
     // closed.
     storey.floor = make_layer(floor, plan.min_M, plan.max_M, 2 * cell_m);
-    fill_holes(storey.floor, 3);
+    fill_holes(storey.floor, 4);
     storey.walls = make_layer(walls, plan.min_M, plan.max_M, cell_m);
     close_gaps(storey.walls);
     rectangles += merge_cells(storey.floor).size() + merge_cells(storey.walls).size();
@@ -198,10 +198,8 @@ Plan make_plan(const MissionRecord& record) {
   frame(record, points, plan);
   if (plan.is_empty()) return plan;
 
-  // A cell of two voxels shows what there is; borders on multiples of it never meet a voxel's
-  // centre.
-  double cell_m = std::max(2.0 * record.config.voxel.voxel_size_m,
-                           (plan.max_M - plan.min_M).maxCoeff() / 1400.0);
+  double cell_m =
+      std::max(record.config.voxel.voxel_size_m, (plan.max_M - plan.min_M).maxCoeff() / 1400.0);
   const Eigen::Vector2d min_M = plan.min_M;
   for (;; cell_m *= 1.5) {
     plan.min_M = (min_M / (2 * cell_m)).array().floor() * (2 * cell_m);

@@ -96,7 +96,10 @@ std::string detail(const Event& event) {
   std::string out = escape_xml(event.reason);
   if (event.count < 0) return out;
   if (!out.empty()) out += " · ";
-  put(out, grouped(event.count), event.kind == EventKind::kGraphUpdated ? " nodes" : "");
+  put(out, grouped(event.count),
+      event.kind != EventKind::kGraphUpdated ? ""
+      : event.count == 1                     ? " node"
+                                             : " nodes");
   return out;
 }
 
@@ -186,8 +189,8 @@ std::string submaps_table(const MissionRecord& record) {
 std::string decisions_table(const MissionRecord& record) {
   const std::vector<Event>& events = record.events;
   if (events.empty()) return "<p class=\"soft\">No decision was taken.</p>\n";
-  const SensorTime begin =
-      record.timeline.empty() ? events.front().stamp : record.timeline.front().stamp;
+  SensorTime begin = events.front().stamp;
+  if (!record.timeline.empty()) begin = std::min(begin, record.timeline.front().stamp);
   const std::vector<std::size_t> shown = events_to_show(events);
   std::string out;
   put(out, "<p class=\"soft small\">", event_counts(events), "</p>\n");

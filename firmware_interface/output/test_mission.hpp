@@ -11,7 +11,7 @@ namespace cloister {
 /// of 5 x 6 m with doors between them and stairs at the east end; one submap a room, walked twice;
 /// 500 scans, events of every kind.
 inline MissionRecord make_test_mission() {
-  constexpr double kStorey_m = 2.9, kRoom_m = 5.0, kDepth_m = 6.0, kStep_m = 0.13, kSensor_m = 1.1;
+  constexpr double kStorey_m = 2.9, kRoom_m = 5.0, kDepth_m = 6.0, kStep_m = 0.065, kSensor_m = 1.1;
   MissionRecord r;
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0.0, 1.0);

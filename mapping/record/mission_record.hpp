@@ -83,8 +83,8 @@ struct SubmapRecord {
   std::int64_t blocks = 0;
   std::int64_t bytes = 0;
   double observed_m3 = 0;
-  /// Centres of occupied voxels in M (metres), at every height, for the report's plan. They may be
-  /// thinned, one point a cell of about two voxels; coarser, and walls fall apart into dots.
+  /// Centres of occupied voxels in M (metres), at every height, for the report's plan: it is drawn in
+  /// cells of a voxel, so that thinned points would make dotted walls.
   std::vector<Eigen::Vector3f> surface_M;
 };
 
