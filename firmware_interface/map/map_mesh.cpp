@@ -9,13 +9,12 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <span>
 #include <string>
 #include <system_error>
 #include <vector>
 
-#include "firmware_interface/map/map_query.hpp"
 #include "mapping/mesh/marching_cubes.hpp"
-
 #include "mapping/overlap/voxel_overlap.hpp"
 
 namespace cloister {

@@ -1,7 +1,6 @@
 #include "firmware_interface/map/map_query.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 
 #include "mapping/overlap/voxel_overlap.hpp"
