@@ -1,0 +1,33 @@
+// Maps one cloud with the installed library and asks what it left.
+#include <cstdio>
+
+#include "firmware_interface/files/g2o_file.hpp"
+#include "mapping/integrate/scan_integrator.hpp"
+#include "runtime/config_file.hpp"
+
+int main() {
+  const cloister::VoxelConfig config;
+  cloister::VoxelStore store(/*num_blocks=*/1'000, /*num_chunks=*/100);
+  cloister::VoxelPools pools(store);
+  pools.take_all();
+  cloister::Volume volume;
+  cloister::ScanIntegrator integrator(config);
+
+  // One return 5 m ahead of the origin.
+  cloister::Scan scan;
+  scan.kind = cloister::Scan::Kind::kCloud;
+  scan.points_L = {{5.0F, 0.01F, 0.01F}};
+  scan.poses = {{{0}, cloister::Pose::Identity()}};
+  cloister::RayBundle bundle(scan.points_L.size());
+  bundle.assign(scan, cloister::Pose::Identity(), config);
+  integrator.integrate(bundle, Eigen::Vector3f::Zero(), pools, volume);
+
+  const auto at = [&](float x_m) {
+    return int{volume.at(store, {static_cast<int>(x_m / config.voxel_size_m), 0, 0})};
+  };
+  // The other two libraries have to link, with all that they need.
+  const bool config_loads = cloister::load_config({}, {}).has_value();
+  const bool graph_loads = cloister::read_g2o("not a graph", "text").has_value();
+  std::printf("return %d, on the way %d, behind %d\n", at(5.0F), at(2.5F), at(6.0F));
+  return at(5.0F) > 0 && at(2.5F) < 0 && at(6.0F) == 0 && config_loads && !graph_loads ? 0 : 1;
+}
