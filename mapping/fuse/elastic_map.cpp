@@ -82,14 +82,17 @@ bool ElasticMap::joined_by_loop(SubmapId a, SubmapId b) const {
   });
 }
 
-bool ElasticMap::overlaps_enough(SubmapId a, SubmapId b, const VoxelOverlap& overlap) const {
+bool ElasticMap::overlaps_enough(const Submap& a, const Submap& b, const VoxelOverlap& overlap) const {
   if (config_.baseline) return true;
-  const double least = joined_by_loop(a, b) ? config_.fusion.min_overlap_loop : config_.fusion.min_overlap;
-  return std::max(overlap.ratio_a(), overlap.ratio_b()) >= least;
+  const FusionConfig& fusion = config_.fusion;
+  const double ratio = std::max(overlap.ratio_a(), overlap.ratio_b());
+  if (ratio < fusion.min_overlap || ratio >= fusion.certain_overlap) return ratio >= fusion.min_overlap;
+  const Pose T_b_a = b.T_M_S.inverse() * a.T_M_S;
+  return SubmapPath::shared(a.path, b.path, T_b_a, static_cast<float>(fusion.shared_path_m)) >= fusion.min_shared_path;
 }
 
 bool ElasticMap::overlaps_enough(const PairCheck& checked) const {
-  return overlaps_enough(checked.a->id, checked.b->id, checked.overlap);
+  return overlaps_enough(*checked.a, *checked.b, checked.overlap);
 }
 
 const Submap* ElasticMap::find(SubmapId id) const {
@@ -118,8 +121,7 @@ bool ElasticMap::may_overlap_enough(const Entry& a, const Entry& b) const {
   const OrientedBox box_a = oriented_box(a.bounds_S, a.submap->T_M_S);
   const OrientedBox box_b = oriented_box(b.bounds_S, b.submap->T_M_S);
   const auto [ratio_a, ratio_b] = aabb_overlap_ratios(bounds_in_map(box_a), bounds_in_map(box_b));
-  const double least = std::min(config_.fusion.min_overlap, config_.fusion.min_overlap_loop);
-  return std::max(ratio_a, ratio_b) >= least && !boxes_disjoint(box_a, box_b);
+  return std::max(ratio_a, ratio_b) >= config_.fusion.min_overlap && !boxes_disjoint(box_a, box_b);
 }
 
 bool ElasticMap::is_current(const Comparison& comparison, const Entry& a, const Entry& b) const {
@@ -158,7 +160,7 @@ std::optional<FusionCandidate> ElasticMap::next_candidate() {
     if (comparison.is_judged || a == entries_.end() || b == entries_.end()) continue;
     if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
     if (!is_current(comparison, a->second, b->second)) continue;
-    if (!overlaps_enough(pair.first, pair.second, comparison.overlap)) continue;
+    if (!overlaps_enough(*a->second.submap, *b->second.submap, comparison.overlap)) continue;
     comparison.is_judged = true;
     return FusionCandidate{pair.first, pair.second, joined_by_loop(pair.first, pair.second), comparison.overlap};
   }
@@ -200,6 +202,7 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate) {
   a.submap->merged_from.push_back(b->id);
   a.submap->merged_from.insert(a.submap->merged_from.end(), b->merged_from.begin(), b->merged_from.end());
   std::sort(a.submap->merged_from.begin(), a.submap->merged_from.end());
+  a.submap->path.add(b->path, T_b_a.inverse());
   a.submap->note_node(b->first_node);
   a.submap->note_node(b->last_node);
   refresh(a);

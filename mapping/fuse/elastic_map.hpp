@@ -42,7 +42,8 @@ struct Judgement {
 /// and III-C).
 ///
 /// A pair is compared when both the axis-aligned boxes of what they know overlap enough and the oriented boxes touch,
-/// and again only after one of them, or their relative pose, has changed. A pair that overlaps enough is fused when
+/// and again only after one of them, or their relative pose, has changed. A pair that overlaps enough (FusionConfig
+/// says how it tells one place seen twice from two rooms seen through a door) is fused when
 /// the standard deviation between their roots is within `max_sigma_m`, provided that a loop closure's range covers
 /// both roots; without one, the graph must know their place to `max_sigma_unlooped_m`.
 ///
@@ -72,7 +73,7 @@ class ElasticMap {
   /// Makes b part of a. @return b's slot, emptied, or null (nothing changed) when the pools are too small
   [[nodiscard]] Submap* fuse(const FusionCandidate& candidate);
 
-  /// True when either ratio reaches what the pair needs to be fused.
+  /// True when the pair is one place seen twice.
   [[nodiscard]] bool overlaps_enough(const PairCheck& checked) const;
   /// A finished submap by its id, or null.
   [[nodiscard]] const Submap* find(SubmapId id) const;
@@ -102,7 +103,7 @@ class ElasticMap {
 
   [[nodiscard]] bool may_overlap_enough(const Entry& a, const Entry& b) const;
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
-  [[nodiscard]] bool overlaps_enough(SubmapId a, SubmapId b, const VoxelOverlap& overlap) const;
+  [[nodiscard]] bool overlaps_enough(const Submap& a, const Submap& b, const VoxelOverlap& overlap) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
   void note_loops(const GraphRevision& revision);
   void refresh(Entry& entry);

@@ -151,6 +151,7 @@ void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
   const Pose T_S_L_now = T_S_L();
   const IntegrationResult result =
       integrator_.integrate(bundle_, T_S_L_now.translation().cast<float>(), pools_, active_->volume);
+  active_->path.add(T_S_L_now.translation().cast<float>());
   outcome.voxels_declined = result.voxels_declined;
   last_ = {true, scan.node, T_S_L_now, T_R_L_, scan.T_O_L};
 }

@@ -16,6 +16,7 @@ void Submap::reset() {
   root = first_node = last_node = kNoNode;
   spawned = {};
   T_root_S = T_M_S = Pose::Identity();
+  path.clear();
   merged_from.clear();
   nodes.clear();
   scan_stamps.clear();

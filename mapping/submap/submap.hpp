@@ -8,6 +8,7 @@
 #include "mapping/core/pose.hpp"
 #include "mapping/core/time.hpp"
 #include "mapping/graph/graph_revision.hpp"
+#include "mapping/submap/submap_path.hpp"
 #include "mapping/voxel/volume.hpp"
 
 namespace cloister {
@@ -31,6 +32,7 @@ struct Submap {
   Pose T_M_S = Pose::Identity(); ///< as of the newest graph revision applied
   NodeId first_node = kNoNode;   ///< lowest and highest node whose scans it holds
   NodeId last_node = kNoNode;
+  SubmapPath path;               ///< where the sensor was
   Volume volume;
 
   std::vector<SubmapId> merged_from;  ///< ids that were fused into this one, ascending, without its own
