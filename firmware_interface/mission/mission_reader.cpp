@@ -101,6 +101,8 @@ Result<bool> MissionReader::read_packets() {
     }
   }
   pending_.geometry = &geometry_;
+  num_returns_read_ += static_cast<std::int64_t>(pending_.ranges_mm.size()) -
+                       std::count(pending_.ranges_mm.begin(), pending_.ranges_mm.end(), 0u);
   return true;
 }
 
@@ -112,6 +114,7 @@ Result<bool> MissionReader::read_cloud() {
   pending_.points_L.clear();
   auto stats = load_pcd(file.path, pending_.points_L);
   if (!stats) return tl::unexpected(stats.error());
+  num_returns_read_ += stats->points;
   if (stats->not_finite > 0) drops_["points_not_finite"] += stats->not_finite;
   return true;
 }

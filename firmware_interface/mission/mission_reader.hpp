@@ -50,6 +50,8 @@ class MissionReader {
   [[nodiscard]] std::int64_t num_scans_expected() const;
   /// Scans that were read but could not be placed.
   [[nodiscard]] std::int64_t num_scans_unplaced() const { return num_scans_unplaced_; }
+  /// Returns in the scans read so far, whatever their range.
+  [[nodiscard]] std::int64_t num_returns_read() const { return num_returns_read_; }
   /// Everything lost so far, by cause.
   [[nodiscard]] std::map<std::string, std::int64_t> drops() const;
   /// One line for everything that is odd, but can be lived with.
@@ -93,6 +95,7 @@ class MissionReader {
   bool has_pending_ = false;
   std::int64_t num_scans_read_ = 0;
   std::int64_t num_scans_unplaced_ = 0;
+  std::int64_t num_returns_read_ = 0;
   std::map<std::string, std::int64_t> drops_;
   std::int64_t skipped_records_ = 0;
 };

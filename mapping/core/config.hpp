@@ -30,12 +30,12 @@ struct SpawnConfig {
 /// When two submaps become one (paper, sections III-B and III-C).
 ///
 /// Through an open door two neighbouring rooms see up to 0.8 of each other's volume, while two visits of one room agree
-/// in 0.9 and more: below `certain_overlap` the sensor must have walked the same ground as well.
+/// in 0.85 to 0.98: below `certain_overlap` the sensor must have walked the same ground as well.
 struct FusionConfig {
   double min_overlap = 0.7;       ///< lambda_fusion: larger of both voxel overlap ratios, for submaps of one place
-  double min_shared_path = 0.5;   ///< one place: share of the shorter path that comes near the other's
+  double min_shared_path = 0.8;   ///< one place: share of the shorter path that comes near the other's
   double shared_path_m = 1.5;     ///< how near
-  double certain_overlap = 0.85;  ///< an overlap that needs no shared path
+  double certain_overlap = 0.9;   ///< an overlap that needs no shared path
   double max_sigma_m = 0.2;           ///< largest translational standard deviation between two roots
   double max_sigma_unlooped_m = 0.065;  ///< the same for pairs that no loop closure's range covers
   double min_active_travel_m = 5.0;   ///< the active submap is closed at a loop closure once the sensor moved this far

@@ -1,0 +1,176 @@
+#include "mapping/fuse/elastic_map.hpp"
+
+#include <doctest/doctest.h>
+
+#include <array>
+
+namespace cloister {
+namespace {
+
+/// Nodes 0..9 in a row, 2 m apart, with tight odometry edges.
+GraphRevision row_of_nodes(double information) {
+  GraphRevision revision;
+  for (NodeId id = 0; id < 10; ++id) {
+    GraphNode node{id, {id * 1'000'000'000}, true, Pose::Identity()};
+    node.T_M_N.translation().x() = 2.0 * static_cast<double>(id);
+    revision.graph.nodes.push_back(node);
+    revision.T_O_N.emplace_back(node.T_M_N);
+    if (id == 0) continue;
+    Pose step = Pose::Identity();
+    step.translation().x() = 2.0;
+    revision.graph.edges.push_back({id - 1, id, step, Matrix6d::Identity() * information, true});
+  }
+  return revision;
+}
+
+GraphRevision with_loop(GraphRevision revision, NodeId from, NodeId to, double information) {
+  Pose measured = Pose::Identity();
+  measured.translation().x() = 2.0 * static_cast<double>(to - from);
+  revision.new_loops = {revision.graph.edges.size()};
+  revision.graph.edges.push_back({from, to, measured, Matrix6d::Identity() * information, true});
+  return revision;
+}
+
+struct Fixture {
+  Fixture() : store(4000, 400), map(config, store) { map.pools().take_all(); }
+
+  /// A finished submap with a wall of 4 x 4 blocks, each half occupied, at `x_blocks` in M, rooted at `root`.
+  Submap* finished(SubmapId id, NodeId root, int x_blocks) {
+    Submap* submap = &slots[static_cast<std::size_t>(id)];
+    submap->id = id;
+    submap->root = root;
+    submap->note_node(root);
+    submap->T_M_S = Pose::Identity();
+    submap->T_root_S = Pose::Identity();
+    submap->T_root_S.translation().x() = -2.0 * static_cast<double>(root);
+    submap->path.add({static_cast<float>(x_blocks) * 0.52f, 0, 0});
+    for (int y = 0; y < 4; ++y) {
+      for (int z = 0; z < 4; ++z) {
+        Chunk* chunk = nullptr;
+        std::uint32_t* place = submap->volume.make_place(map.pools(), {x_blocks, y, z}, &chunk);
+        Block* block = submap->volume.make_block(map.pools(), *chunk, *place);
+        for (int i = 0; i < kBlockVoxels; ++i) block->voxels[i] = (i & 7) < 4 ? LogOdds{30} : LogOdds{-30};
+      }
+    }
+    return submap;
+  }
+  /// Everything the scheduler does until nothing is left to do. Returns the number of fusions.
+  int settle() {
+    int num_fused = 0;
+    while (true) {
+      for (PairCheck& check : map.plan_checks()) {
+        ++num_checks;
+        check.overlap = voxel_overlap(store, check.a->volume, check.b->volume, check.T_b_a, config.voxel.voxel_size_m);
+        map.record(check);
+      }
+      const auto candidate = map.next_candidate();
+      if (!candidate) return num_fused;
+      last_judgement = map.judge(*candidate);
+      num_judged += 1;
+      if (last_judgement.is_accepted) num_fused += map.fuse(*candidate) != nullptr;
+    }
+  }
+  Config config;
+  VoxelStore store;
+  ElasticMap map;
+  std::array<Submap, 8> slots;
+  int num_checks = 0;
+  int num_judged = 0;
+  Judgement last_judgement;
+};
+
+TEST_CASE("two submaps of one place are fused and the memory of one is returned") {
+  Fixture f;
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&graph);
+  f.map.add(f.finished(0, 0, 3));
+  f.map.add(f.finished(1, 9, 3));
+  const std::size_t free_blocks = f.map.pools().blocks.num_free();
+  CHECK(f.settle() == 1);
+  CHECK(f.map.submaps().size() == 1);
+  CHECK(f.map.survivor(1) == 0);
+  CHECK(f.map.submaps()[0]->merged_from == std::vector<SubmapId>{1});
+  CHECK(f.map.pools().blocks.num_free() == free_blocks + 16);
+}
+
+TEST_CASE("submaps of different places are not even compared") {
+  Fixture f;
+  const GraphRevision graph = row_of_nodes(1e6);
+  f.map.set_graph(&graph);
+  f.map.add(f.finished(0, 0, 3));
+  f.map.add(f.finished(1, 5, 30));
+  CHECK(f.settle() == 0);
+  CHECK(f.num_checks == 0);
+}
+
+TEST_CASE("a fusion is refused while the graph is uncertain, and asked again when a loop closure comes") {
+  Fixture f;
+  const GraphRevision open = row_of_nodes(100);  // 0.1 m a step: 0.3 m and more over nine
+  f.map.set_graph(&open);
+  f.map.add(f.finished(0, 0, 3));
+  f.map.add(f.finished(1, 9, 3));
+  CHECK(f.settle() == 0);
+  REQUIRE(f.last_judgement.sigma_m.has_value());
+  CHECK((*f.last_judgement.sigma_m)[2] > 0.2);
+  CHECK(f.settle() == 0);
+  CHECK(f.num_judged == 1);
+  const GraphRevision closed = with_loop(row_of_nodes(100), 0, 9, 1e6);
+  f.map.set_graph(&closed);
+  CHECK(f.settle() == 1);
+  CHECK(f.num_checks == 1);
+}
+
+TEST_CASE("without a loop closure between them the graph must know two submaps to a voxel") {
+  Fixture f;
+  const GraphRevision graph = row_of_nodes(2000);  // 0.022 m a step: 0.067 m and more over nine, below 0.2 m
+  f.map.set_graph(&graph);
+  f.map.add(f.finished(0, 0, 3));
+  f.map.add(f.finished(1, 9, 3));
+  CHECK(f.settle() == 0);
+  CHECK(f.last_judgement.limit_m == doctest::Approx(f.config.fusion.max_sigma_unlooped_m));
+}
+
+TEST_CASE("without a graph nothing is fused") {
+  Fixture f;
+  f.map.add(f.finished(0, kNoNode, 3));
+  f.map.add(f.finished(1, kNoNode, 3));
+  CHECK(f.settle() == 0);
+}
+
+TEST_CASE("a submap that is lent takes no part until it comes back") {
+  Fixture f;
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&graph);
+  f.map.add(f.finished(0, 0, 3));
+  Submap* lent = f.map.lend(0);
+  REQUIRE(lent != nullptr);
+  f.map.add(f.finished(1, 9, 3));
+  CHECK(f.settle() == 0);
+  f.map.add(lent);
+  CHECK(f.settle() == 1);
+}
+
+TEST_CASE("moving a root moves its submap and nothing inside it") {
+  Fixture f;
+  GraphRevision graph = row_of_nodes(1e6);
+  f.map.set_graph(&graph);
+  f.map.add(f.finished(0, 5, 3));
+  GraphRevision moved = graph;
+  moved.graph.nodes[5].T_M_N.translation().y() += 0.7;
+  CHECK(f.map.set_graph(&moved) == 0);
+  CHECK(f.map.submaps()[0]->T_M_S.translation().y() == doctest::Approx(0.7));
+  CHECK(f.map.submaps()[0]->volume.at(f.store, {24, 0, 0}) == 30);
+}
+
+TEST_CASE("a graph that has lost a root leaves its submap where it was") {
+  Fixture f;
+  const GraphRevision graph = row_of_nodes(1e6);
+  f.map.set_graph(&graph);
+  f.map.add(f.finished(0, 5, 3));
+  GraphRevision shrunk;
+  CHECK(f.map.set_graph(&shrunk) == 1);
+  CHECK(f.map.submaps().size() == 1);
+}
+
+}  // namespace
+}  // namespace cloister

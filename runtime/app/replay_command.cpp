@@ -109,6 +109,7 @@ Result<void> run_replay(const ReplayOptions& options, const ProgramConfig& confi
   record.config = config.map;
   record.mission = (*reader)->name();
   record.scans_read = (*reader)->num_scans_read();
+  record.counters["returns_read"] = (*reader)->num_returns_read();
   record.scans_dropped += (*reader)->num_scans_unplaced();
   for (const auto& [cause, count] : (*reader)->drops()) record.drops[cause] += count;
   record.warnings = (*reader)->warnings();
