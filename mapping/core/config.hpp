@@ -42,6 +42,9 @@ struct FusionConfig {
   double default_information = 0.0;   ///< stands in for missing information matrices (1/m^2, 1/rad^2); 0 = refuse them
 };
 
+/// Upper bound of what one submap takes beside its voxels.
+inline constexpr std::int64_t kMaxSubmapSlotBytes = 8192;
+
 /// All memory the map may ever take, and how it is divided.
 struct MemoryConfig {
   std::int64_t budget_bytes = 1024LL << 20;  ///< voxel blocks, indices and bookkeeping of all submaps

@@ -30,5 +30,12 @@ TEST_CASE("ranges that exclude each other are refused") {
   CHECK(validate(config).value_or("").find("voxel.min_range_m = 20") == 0);
 }
 
+TEST_CASE("a budget that the submaps' slots alone would fill is refused") {
+  Config config;
+  config.memory.budget_bytes = 64 << 20;
+  config.memory.max_submaps = 5000;
+  CHECK(validate(config).value_or("").find("memory.max_submaps = 5000") == 0);
+}
+
 }  // namespace
 }  // namespace cloister

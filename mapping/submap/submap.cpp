@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "mapping/core/config.hpp"
+
 namespace cloister {
+
+static_assert(sizeof(Submap) <= kMaxSubmapSlotBytes);
 
 void Submap::note_node(NodeId node) {
   if (node == kNoNode) return;

@@ -1,0 +1,123 @@
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "test/support/program.hpp"
+
+namespace cloister {
+namespace {
+
+nlohmann::json read_json(const std::filesystem::path& path) { return nlohmann::json::parse(read_text(path)); }
+
+ProgramResult replay(const std::string& mission, const std::filesystem::path& out, const std::string& options = "") {
+  return run_program(CLOISTER_PROGRAM, "replay " + mission + " --out " + out.string() + " " + options);
+}
+
+const std::string kData = std::string(CLOISTER_TEST_DATA) + "/missions/";
+
+TEST_CASE("a replay of the house leaves every output, true to the world it was simulated in") {
+  const TemporaryFolder folder;
+  const auto out = folder.path() / "out";
+  const ProgramResult result = replay(CLOISTER_HOUSE_MISSION, out);
+  CHECK(result.err == "");
+  REQUIRE(result.exit_status == 0);
+  for (const char* name : {"summary.json", "submaps.json", "timeline.csv", "events.jsonl", "mesh.ply", "map.cloister",
+                           "report.html", "trajectory.tum", "submaps/0.ply"}) {
+    CAPTURE(name);
+    CHECK(std::filesystem::file_size(out / name) > 0);
+  }
+  const auto summary = read_json(out / "summary.json");
+  CHECK(summary["scans"]["read"] == summary["scans"]["integrated"]);
+  CHECK(summary["scans"]["dropped"] == 0);
+  CHECK(summary["scans"]["read"].get<int>() > 140);
+  CHECK(summary["submaps"]["final"].get<int>() >= 2);
+  CHECK(summary["memory"]["map_bytes_final"].get<double>() > 1e5);
+
+  const auto truth_json = (folder.path() / "truth.json").string();
+  const ProgramResult truth =
+      run_program(CLOISTER_GROUND_TRUTH, std::string(CLOISTER_HOUSE_MISSION) + " " + out.string() + " --cloister " +
+                                             CLOISTER_PROGRAM + " --points 20000 --samples 20000 --json " + truth_json);
+  REQUIRE(truth.exit_status == 0);
+  const auto figures = read_json(truth_json);
+  CHECK(figures["states"]["known_free_right"].get<double>() >= 0.99);
+  CHECK(figures["mesh"]["within_10cm"].get<double>() >= 0.95);
+}
+
+TEST_CASE("the map does not depend on the number of overlap workers, nor on the run") {
+  const TemporaryFolder folder;
+  std::string first_hash;
+  int run = 0;
+  // A high spawn threshold makes many submaps and many fusions.
+  for (const char* workers : {"1", "1", "4"}) {
+    const auto out = folder.path() / std::to_string(run++);
+    const ProgramResult result =
+        replay(CLOISTER_HOUSE_MISSION, out,
+               std::string("--set spawn.min_overlap=0.85 --set runtime.overlap_workers=") + workers);
+    REQUIRE(result.exit_status == 0);
+    const auto summary = read_json(out / "summary.json");
+    CHECK(summary["fusions"]["accepted"].get<int>() > 0);
+    const std::string hash = summary["map_hash"];
+    if (first_hash.empty()) first_hash = hash;
+    CHECK(hash == first_hash);
+  }
+}
+
+TEST_CASE("a full budget declines updates, says so, and loses nothing that is mapped") {
+  const TemporaryFolder folder;
+  const ProgramResult result =
+      replay(CLOISTER_HOUSE_MISSION, folder.path() / "out",
+             "--set memory.budget_bytes=33554432 --set memory.max_submaps=1500 --set voxel.voxel_size_m=0.02");
+  REQUIRE(result.exit_status == 0);
+  const auto summary = read_json(folder.path() / "out/summary.json");
+  CHECK(summary["scans"]["dropped"] == 0);
+  CHECK(summary["drops"]["voxel_updates_memory_full"].get<std::int64_t>() > 0);
+  CHECK(summary["memory"]["map_bytes_peak"].get<std::int64_t>() <= 33554432);
+}
+
+TEST_CASE("the baseline spawns by distance") {
+  const TemporaryFolder folder;
+  const ProgramResult result =
+      replay(CLOISTER_HOUSE_MISSION, folder.path() / "out", "--baseline --set spawn.baseline_distance_m=2");
+  REQUIRE(result.exit_status == 0);
+  const auto summary = read_json(folder.path() / "out/summary.json");
+  const double travel_m = summary["travel_m"];
+  CHECK(summary["submaps"]["spawned"].get<double>() == doctest::Approx(travel_m / 2).epsilon(0.3));
+}
+
+TEST_CASE("a captured OS1-64 frame replays with all its returns") {
+  const TemporaryFolder folder;
+  const ProgramResult result = replay(kData + "os1-64-capture", folder.path() / "out");
+  CHECK(result.err == "");
+  REQUIRE(result.exit_status == 0);
+  const auto summary = read_json(folder.path() / "out/summary.json");
+  CHECK(summary["scans"]["integrated"] == 1);
+  CHECK(summary["counters"]["returns_read"] == 16749);
+}
+
+TEST_CASE("three captured OS1-128 frames on a moving platform replay with all their returns") {
+  const TemporaryFolder folder;
+  const ProgramResult result = replay(kData + "os1-128-3scans", folder.path() / "out");
+  REQUIRE(result.exit_status == 0);
+  const auto summary = read_json(folder.path() / "out/summary.json");
+  CHECK(summary["scans"]["integrated"] == 3);
+  CHECK(summary["counters"]["returns_read"] == 107647 + 107357 + 107532);
+  CHECK(summary["drops"].empty());
+}
+
+TEST_CASE("clouds with a graph and nothing else replay one cloud a node") {
+  const TemporaryFolder folder;
+  const ProgramResult result = replay(kData + "norlab", folder.path() / "out");
+  REQUIRE(result.exit_status == 0);
+  const auto summary = read_json(folder.path() / "out/summary.json");
+  CHECK(summary["scans"]["integrated"] == 14);
+  const auto submaps = read_json(folder.path() / "out/submaps.json");
+  REQUIRE(submaps.size() == 1);
+  CHECK(submaps[0]["nodes"].size() == 14);
+}
+
+}  // namespace
+}  // namespace cloister
