@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace cloister {
 namespace {
 
 constexpr float kMetresPerMillimetre = 1e-3f;
+// Beams of every so many columns begin at the sensor; a power of two.
+constexpr int kCoarsestColumns = 8;
 
 /// Range at a pixel of a neighbouring row or column, or 0. Columns wrap around a full turn.
 float range_at(const Scan& scan, int beam, int column) {
@@ -50,6 +53,12 @@ float sine_of_grazing_angle(const Scan& scan, int beam, int column, float range_
   return std::abs(normal.dot(scan.geometry->direction_L[pixel])) / length;
 }
 
+/// How far a beam proves space free that ends `stretch_m` before its return, and at max_range.
+float free_length_m(float range_m, float stretch_m, const VoxelConfig& config) {
+  const float length_m = std::min(range_m, static_cast<float>(config.max_range_m));
+  return std::clamp(range_m - stretch_m, 0.5f * length_m, length_m);
+}
+
 }  // namespace
 
 Pose pose_at(const std::vector<PoseSample>& poses, SensorTime stamp, std::size_t& hint) {
@@ -64,24 +73,48 @@ Pose pose_at(const std::vector<PoseSample>& poses, SensorTime stamp, std::size_t
   return interpolate(before.T_R_L, after.T_R_L, static_cast<double>((stamp - before.stamp).ns) / span_ns);
 }
 
-void RayBundle::add(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& direction_S, float range_m,
-                    float stretch_m, const VoxelConfig& config) {
+void RayBundle::add(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& direction_S, const Beam& beam,
+                    const VoxelConfig& config) {
   if (rays_.size() == rays_.capacity()) {
     ++num_declined_;
     return;
   }
   const float max_range_m = static_cast<float>(config.max_range_m);
-  const bool is_return = range_m <= max_range_m;
-  const float length_m = is_return ? range_m : max_range_m;
-  rays_.push_back({origin_S, origin_S + length_m * direction_S,
-                   std::clamp(range_m - stretch_m, 0.5f * length_m, length_m), is_return});
+  const bool is_return = beam.range_m <= max_range_m;
+  rays_.push_back({origin_S, origin_S + std::min(beam.range_m, max_range_m) * direction_S, beam.start_m, beam.free_m,
+                   is_return});
   num_returns_ += is_return;
+}
+
+void RayBundle::measure_free(const Scan& scan, const VoxelConfig& config) {
+  const ScanGeometry& geometry = *scan.geometry;
+  const std::size_t num_pixels = geometry.direction_L.size();
+  free_m_.assign(std::min(num_pixels, free_m_.capacity()), 0.0f);
+  for (int beam = 0; beam < geometry.num_beams; ++beam) {
+    for (int column = 0; column < geometry.num_columns; ++column) {
+      const std::size_t pixel = static_cast<std::size_t>(beam) * geometry.num_columns + column;
+      const float range_m = kMetresPerMillimetre * static_cast<float>(scan.ranges_mm[pixel]);
+      if (pixel >= free_m_.size() || !scan.column_valid[column] || range_m < config.min_range_m || range_m == 0) continue;
+      const float sine = std::max(sine_of_grazing_angle(scan, beam, column, range_m), 1e-3f);
+      free_m_[pixel] = free_length_m(range_m, static_cast<float>(config.voxel_size_m) / sine, config);
+    }
+  }
+}
+
+float RayBundle::start_of(const ScanGeometry& geometry, int beam, int column, float voxel_m) const {
+  // Columns are filled in as a ruler is divided: every eighth first, then those halfway between, and so on.
+  const int half_gap = column & -column & (kCoarsestColumns - 1);
+  if (half_gap == 0) return 0;
+  const std::size_t row = static_cast<std::size_t>(beam) * geometry.num_columns;
+  const int right = (column + half_gap) % geometry.num_columns;
+  const float gap_rad = 2 * static_cast<float>(half_gap) * 2 * std::numbers::pi_v<float> /
+                        static_cast<float>(geometry.num_columns);
+  return std::min({0.5f * voxel_m / gap_rad, free_m_[row + column - half_gap], free_m_[row + right]});
 }
 
 void RayBundle::assign_organised(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
   const ScanGeometry& geometry = *scan.geometry;
-  const float min_range_m = static_cast<float>(config.min_range_m);
-  const float voxel_m = static_cast<float>(config.voxel_size_m);
+  measure_free(scan, config);
   std::size_t hint = 0;
   for (int column = 0; column < geometry.num_columns; ++column) {
     if (!scan.column_valid[column]) continue;
@@ -90,11 +123,14 @@ void RayBundle::assign_organised(const Scan& scan, const Pose& T_S_R, const Voxe
     const Eigen::Vector3f t_S_L = T_S_L.translation().cast<float>();
     for (int beam = 0; beam < geometry.num_beams; ++beam) {
       const std::size_t pixel = static_cast<std::size_t>(beam) * geometry.num_columns + column;
-      const float range_m = kMetresPerMillimetre * static_cast<float>(scan.ranges_mm[pixel]);
-      if (scan.ranges_mm[pixel] == 0 || range_m < min_range_m) continue;
-      const float sine = std::max(sine_of_grazing_angle(scan, beam, column, range_m), 1e-3f);
-      add(R_S_L * geometry.origin_L[pixel] + t_S_L, R_S_L * geometry.direction_L[pixel], range_m, voxel_m / sine,
-          config);
+      if (pixel >= free_m_.size()) {
+        num_declined_ += scan.ranges_mm[pixel] != 0;
+        continue;
+      }
+      if (free_m_[pixel] == 0) continue;
+      const Beam measured{kMetresPerMillimetre * static_cast<float>(scan.ranges_mm[pixel]),
+                          start_of(geometry, beam, column, static_cast<float>(config.voxel_size_m)), free_m_[pixel]};
+      add(R_S_L * geometry.origin_L[pixel] + t_S_L, R_S_L * geometry.direction_L[pixel], measured, config);
     }
   }
 }
@@ -106,8 +142,10 @@ void RayBundle::assign_cloud(const Scan& scan, const Pose& T_S_R, const VoxelCon
   const Eigen::Vector3f t_S_L = T_S_L.translation().cast<float>();
   for (const Eigen::Vector3f& point_L : scan.points_L) {
     const float range_m = point_L.norm();
-    if (!(range_m >= static_cast<float>(config.min_range_m)) || !std::isfinite(range_m)) continue;
-    add(t_S_L, R_S_L * (point_L / range_m), range_m, static_cast<float>(config.voxel_size_m), config);
+    // A point at the origin has no direction, and some drivers write one for each beam that did not return.
+    if (!(range_m > 0) || range_m < static_cast<float>(config.min_range_m) || !std::isfinite(range_m)) continue;
+    const Beam measured{range_m, 0, free_length_m(range_m, static_cast<float>(config.voxel_size_m), config)};
+    add(t_S_L, R_S_L * (point_L / range_m), measured, config);
   }
 }
 

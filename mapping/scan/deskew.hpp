@@ -15,6 +15,7 @@ namespace cloister {
 struct Ray {
   Eigen::Vector3f origin_S;
   Eigen::Vector3f end_S;     ///< the return, or the point at max_range on the way to it
+  float start_m = 0;         ///< up to here neighbouring beams prove free what this one would
   float free_m = 0;          ///< length from the origin that the beam proves free
   bool is_return = false;    ///< `end_S` is a surface; false beyond max_range
 };
@@ -22,7 +23,10 @@ struct Ray {
 /// The beams of one scan after motion correction; capacity fixed at construction.
 class RayBundle {
  public:
-  explicit RayBundle(std::size_t max_rays) { rays_.reserve(max_rays); }
+  explicit RayBundle(std::size_t max_rays) {
+    rays_.reserve(max_rays);
+    free_m_.reserve(max_rays);
+  }
 
   /// Replaces the content by the beams of `scan`, each placed by the sensor's pose at its own column's stamp.
   ///
@@ -31,6 +35,8 @@ class RayBundle {
   /// the grazing angle, taken from the neighbouring pixels of the organised scan. So a beam that skims a floor does
   /// not carve it. Without neighbours (a cloud, a lone pixel) the stretch is one voxel. Returns beyond max_range
   /// are free up to max_range; returns nearer than min_range and pixels without a return say nothing.
+  /// Near the sensor, columns are much closer together than voxels: there a beam begins only where the two beams
+  /// beside it in its row are half a voxel apart, or where the shorter of them ends.
   /// @param T_S_R  pose of the scan's reference frame R (its node, or O) in the submap
   /// @return number of returns that did not fit
   /// Real-time: no allocation; O(pixels).
@@ -40,12 +46,20 @@ class RayBundle {
   [[nodiscard]] std::size_t num_returns() const { return num_returns_; }
 
  private:
-  void add(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& direction_S, float range_m, float stretch_m,
+  struct Beam {
+    float range_m = 0;
+    float start_m = 0;
+    float free_m = 0;
+  };
+  void add(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& direction_S, const Beam& beam,
            const VoxelConfig& config);
+  void measure_free(const Scan& scan, const VoxelConfig& config);
+  [[nodiscard]] float start_of(const ScanGeometry& geometry, int beam, int column, float voxel_m) const;
   void assign_organised(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config);
   void assign_cloud(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config);
 
   std::vector<Ray> rays_;
+  std::vector<float> free_m_;  ///< [num_beams x num_columns] of an organised scan; 0 where nothing is proven
   std::size_t num_returns_ = 0;
   std::size_t num_declined_ = 0;
 };

@@ -117,6 +117,46 @@ TEST_CASE("a cloud is placed by its own pose and its beams begin at its origin")
   CHECK((bundle.rays()[0].origin_S - Eigen::Vector3f(1, 2, 3)).norm() < 1e-6f);
 }
 
+TEST_CASE("points at a cloud's origin are no beams, whatever the least range") {
+  Scan scan;
+  scan.kind = Scan::Kind::kCloud;
+  scan.points_L = {{0, 0, 0}, {3, 4, 0}};
+  scan.poses = {{{0}, Pose::Identity()}};
+  VoxelConfig config;
+  config.min_range_m = 0;
+  RayBundle bundle(8);
+  CHECK(bundle.assign(scan, Pose::Identity(), config) == 0);
+  CHECK(bundle.rays().size() == 1);
+}
+
+TEST_CASE("a beam between two others begins where they are half a voxel apart, or where one of them ends") {
+  ScanGeometry geometry = ring_geometry(1, 0);
+  Scan scan = empty_scan(geometry);
+  for (auto& range : scan.ranges_mm) range = 5000;
+  scan.ranges_mm[17] = 0;
+  RayBundle bundle(64);
+  CHECK(bundle.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  REQUIRE(bundle.rays().size() == 63);
+  const double column_rad = 2 * std::numbers::pi / 64;
+  CHECK(bundle.rays()[8].start_m == 0);
+  CHECK(bundle.rays()[3].start_m == doctest::Approx(0.5 * 0.065 / (2 * column_rad)));
+  CHECK(bundle.rays()[4].start_m == doctest::Approx(0.5 * 0.065 / (8 * column_rad)));
+  // Column 18 stands between 16 and 20; 17 and 19 would be finer ones. Column 17 itself has no return.
+  CHECK(bundle.rays()[17].start_m == doctest::Approx(0.5 * 0.065 / (4 * column_rad)));
+}
+
+TEST_CASE("a beam whose neighbour proves nothing begins at the sensor") {
+  ScanGeometry geometry = ring_geometry(1, 0);
+  Scan scan = empty_scan(geometry);
+  for (auto& range : scan.ranges_mm) range = 5000;
+  scan.ranges_mm[16] = 0;
+  RayBundle bundle(64);
+  CHECK(bundle.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(bundle.rays()[15].start_m == 0);
+  CHECK(bundle.rays()[16].start_m == 0);
+  CHECK(bundle.rays()[13].start_m > 0);
+}
+
 TEST_CASE("beams beyond the capacity are declined and counted") {
   const ScanGeometry geometry = ring_geometry(1, 0);
   Scan scan = empty_scan(geometry);
