@@ -8,9 +8,6 @@
 namespace cloister {
 namespace {
 
-// Places of the returns queue that are kept for slots and fused submaps.
-constexpr std::size_t kKeptPlaces = 256;
-
 Event pair_event(EventKind kind, SensorTime stamp, const Submap& a, const Submap& b, const VoxelOverlap& overlap) {
   Event event;
   event.kind = kind;
@@ -26,11 +23,13 @@ Event pair_event(EventKind kind, SensorTime stamp, const Submap& a, const Submap
 
 }  // namespace
 
-FusionScheduler::FusionScheduler(ElasticMap& map, double fusion_reserve, const SchedulerPorts& ports)
+FusionScheduler::FusionScheduler(ElasticMap& map, double fusion_reserve, std::size_t max_submaps,
+                                 const SchedulerPorts& ports)
     : map_(map),
       ports_(ports),
       reserve_blocks_(static_cast<std::size_t>(fusion_reserve * static_cast<double>(map.pools().store.num_blocks()))),
       reserve_chunks_(static_cast<std::size_t>(fusion_reserve * static_cast<double>(map.pools().store.num_chunks()))),
+      kept_places_(max_submaps),
       thread_([this] { run(); }) {}
 
 FusionScheduler::~FusionScheduler() {
@@ -165,14 +164,14 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
 }
 
 void FusionScheduler::push(const MapReturn& item) {
-  // Cannot fail: send_surplus leaves places for every slot.
+  // Cannot fail: send_surplus leaves a place for every submap, and each is on its way at most once.
   (void)ports_.returns.try_push(item);
   ports_.integration_bell.ring();
 }
 
 void FusionScheduler::send_surplus() {
   VoxelPools& pools = map_.pools();
-  while (ports_.returns.depth() + kKeptPlaces < ports_.returns.capacity()) {
+  while (ports_.returns.depth() + kept_places_ < ports_.returns.capacity()) {
     MapReturn item;
     const auto surplus = [&](const PoolShare& share, std::size_t reserve, std::size_t room) {
       return static_cast<std::uint32_t>(

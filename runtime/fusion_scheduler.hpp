@@ -41,7 +41,8 @@ struct SchedulerRecord {
 /// how certain it is, and fuses.
 class FusionScheduler {
  public:
-  FusionScheduler(ElasticMap& map, double fusion_reserve, const SchedulerPorts& ports);
+  /// @param max_submaps  slots there are; the returns queue must have more places
+  FusionScheduler(ElasticMap& map, double fusion_reserve, std::size_t max_submaps, const SchedulerPorts& ports);
   ~FusionScheduler();
 
   /// Commands completed so far. Acquire: who reads it sees what they did.
@@ -63,6 +64,7 @@ class FusionScheduler {
   SchedulerPorts ports_;
   std::size_t reserve_blocks_;
   std::size_t reserve_chunks_;
+  std::size_t kept_places_;  ///< of the returns queue, for slots and fused submaps
   const GraphRevision* revision_ = nullptr;
   OverlapBatch batch_;
   SchedulerRecord record_;

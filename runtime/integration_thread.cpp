@@ -29,9 +29,11 @@ void IntegrationThread::run() {
   while (true) {
     const std::uint32_t seen = ports_.bell.count();
     const bool is_stopping = stop_.load(std::memory_order_acquire);
-    take_returns();
     IntegrationCommand command;
-    if (ports_.commands.try_pop(command)) {
+    const bool has_command = ports_.commands.try_pop(command);
+    // After the pop: what had come back when the command was queued is there before the command is done, always.
+    take_returns();
+    if (has_command) {
       if (command.revision != nullptr) handle(command.revision);
       if (command.job.scan != nullptr) handle(command.job);
       // Release pairs with num_done(): the reader may look at whatever this command changed.
@@ -102,13 +104,17 @@ void IntegrationThread::handle(const ScanJob& job) {
     report.integrate_ms += integrate_watch.wall_ms();
     report.integration_cpu_ns += integrate_watch.cpu_ns();
   }
+  // Summed up before the scheduler gets the finished submap: what it does with it must not race with the report.
+  report.num_submaps = ports_.finished.count.load(std::memory_order_relaxed);
+  report.map_bytes = ports_.finished.bytes.load(std::memory_order_relaxed);
+  for (const Submap* submap : {mapper_.active(), static_cast<const Submap*>(report.outcome.finished)}) {
+    if (submap == nullptr) continue;
+    ++report.num_submaps;
+    report.map_bytes += static_cast<std::int64_t>(submap->volume.bytes());
+  }
   hand_over(report.outcome.finished, job.scan->stamp, false, nullptr);
   report.latency_ms =
       std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - job.last_packet).count();
-  const Submap* active = mapper_.active();
-  report.num_submaps = ports_.finished.count.load(std::memory_order_relaxed) + (active != nullptr);
-  report.map_bytes = ports_.finished.bytes.load(std::memory_order_relaxed) +
-                     (active != nullptr ? static_cast<std::int64_t>(active->volume.bytes()) : 0);
   // Cannot fail: the queue has a place for every scan slot.
   (void)ports_.reports.try_push(report);
 }

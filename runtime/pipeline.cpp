@@ -10,6 +10,7 @@ namespace {
 
 // Share of the budget for voxel blocks; the rest is for chunks, which index them and hold coarse free space.
 constexpr double kBlockShare = 0.75;
+// Places of the returns queue for blocks and chunks, beside one for each submap.
 constexpr std::size_t kReturnPlaces = 8192;
 
 std::int64_t pool_bytes(const MemoryConfig& memory) {
@@ -64,7 +65,7 @@ Pipeline::Pipeline(const ProgramConfig& config, const Options& options)
       commands_(static_cast<std::size_t>(config.runtime.scan_queue + config.runtime.graph_queue + 1)),
       reports_(static_cast<std::size_t>(config.runtime.scan_queue)),
       scheduler_commands_(submap_slots_.size() + static_cast<std::size_t>(config.runtime.graph_queue) + 1),
-      returns_(kReturnPlaces),
+      returns_(submap_slots_.size() + kReturnPlaces),
       retired_(static_cast<std::size_t>(config.runtime.graph_queue) + 1),
       requests_(1),
       answers_(1) {
@@ -83,7 +84,7 @@ Pipeline::Pipeline(const ProgramConfig& config, const Options& options)
 
   worker_.emplace(store_, config.map.voxel.voxel_size_m, config.runtime.overlap_workers, requests_, answers_,
                   worker_bell_, scheduler_bell_);
-  scheduler_.emplace(map_, config.runtime.fusion_reserve,
+  scheduler_.emplace(map_, config.runtime.fusion_reserve, submap_slots_.size(),
                      SchedulerPorts{scheduler_commands_, returns_, retired_, requests_, answers_, scheduler_bell_,
                                     worker_bell_, integration_bell_, reader_bell_, finished_});
   integration_.emplace(mapper_,
@@ -205,6 +206,16 @@ void Pipeline::note(const ScanReport& report) {
     event.reason = "memory";
     event.a = outcome.submap;
     event.count = static_cast<std::int64_t>(outcome.voxels_declined);
+    record_.events.push_back(event);
+  }
+  if (outcome.is_spawn_declined) {
+    ++record_.drops["spawns_submap_slots_full"];
+    Event event;
+    event.kind = EventKind::kDegrade;
+    event.stamp = report.scan->stamp;
+    event.reason = "submap_slots";
+    event.a = outcome.submap;
+    event.count = 1;
     record_.events.push_back(event);
   }
   if (outcome.spawned != SpawnReason::kNone) {

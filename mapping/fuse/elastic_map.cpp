@@ -35,10 +35,14 @@ void ElasticMap::add(Submap* submap) {
   Entry& entry = entries_[submap->id];
   entry.submap = submap;
   refresh(entry);
-  root_at_spawn_.emplace(submap->id, submap->root);
-  if (submap->first_node == kNoNode) return;
+  note_nodes(*submap);
+}
+
+void ElasticMap::note_nodes(const Submap& submap) {
+  if (submap.root != kNoNode) root_at_spawn_.emplace(submap.id, submap.root);
+  if (submap.first_node == kNoNode) return;
   // A node's scans can straddle two submaps: the first one was there when the node was made.
-  for (NodeId node = submap->first_node; node <= submap->last_node; ++node) node_owner_.emplace(node, submap->id);
+  for (NodeId node = submap.first_node; node <= submap.last_node; ++node) node_owner_.emplace(node, submap.id);
 }
 
 Submap* ElasticMap::lend(SubmapId id) {
@@ -53,7 +57,10 @@ int ElasticMap::set_graph(const GraphRevision* revision) {
   uncertainty_failed_ = false;
   int num_lost = 0;
   for (auto& [id, entry] : entries_) {
-    if (entry.submap != nullptr) num_lost += !apply_graph(*entry.submap, *revision);
+    if (entry.submap == nullptr) continue;
+    const bool was_bound = entry.submap->root != kNoNode;
+    num_lost += !apply_graph(*entry.submap, *revision);
+    if (!was_bound) note_nodes(*entry.submap);
   }
   note_loops(*revision);
   return num_lost;

@@ -105,6 +105,7 @@ class ElasticMap {
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
   [[nodiscard]] bool overlaps_enough(const Submap& a, const Submap& b, const VoxelOverlap& overlap) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
+  void note_nodes(const Submap& submap);
   void note_loops(const GraphRevision& revision);
   void refresh(Entry& entry);
 

@@ -137,6 +137,16 @@ TEST_CASE("without a graph nothing is fused") {
   CHECK(f.settle() == 0);
 }
 
+TEST_CASE("a submap that was finished before the first graph owns the node it is bound to") {
+  Fixture f;
+  f.map.add(f.finished(0, kNoNode, 3));
+  CHECK(f.map.owner(0) == kNoSubmap);
+  const GraphRevision graph = row_of_nodes(1e6);
+  CHECK(f.map.set_graph(&graph) == 0);
+  CHECK(f.map.submaps()[0]->root == 0);
+  CHECK(f.map.owner(0) == 0);
+}
+
 TEST_CASE("a submap that is lent takes no part until it comes back") {
   Fixture f;
   const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);

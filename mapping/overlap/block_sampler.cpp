@@ -50,7 +50,10 @@ std::optional<LogOdds> BlockSampler::gather(const BlockCoord& block_A) {
   const BlockRange range = padded_blocks(centre_range(block_A, R_B_A_, offset_));
   low_ = range.low;
   size_ = range.high - range.low + Eigen::Vector3i::Ones();
-  base_ = (R_B_A_ * (block_A.cast<double>() * kBlockEdge + Eigen::Vector3d::Constant(0.5)) + offset_).cast<float>();
+  // From the lowest gathered block: far from B's origin single precision would miss the gathered blocks.
+  base_ = (R_B_A_ * (block_A.cast<double>() * kBlockEdge + Eigen::Vector3d::Constant(0.5)) + offset_ -
+           low_.cast<double>() * kBlockEdge)
+              .cast<float>();
   bool is_uniform = true;
   BlockView* view = views_.data();
   for (int z = 0; z < size_.z(); ++z) {

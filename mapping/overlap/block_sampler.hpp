@@ -26,12 +26,12 @@ class BlockSampler {
 
   /// B's value under a voxel of the gathered block; x, y, z in 0..7.
   [[nodiscard]] LogOdds at(int x, int y, int z) const {
-    const Eigen::Vector3f p_B = base_ + axis_x_ * static_cast<float>(x) + axis_y_ * static_cast<float>(y) +
-                                axis_z_ * static_cast<float>(z);
-    const VoxelCoord v(static_cast<int>(std::floor(p_B.x())), static_cast<int>(std::floor(p_B.y())),
-                       static_cast<int>(std::floor(p_B.z())));
-    const int index = ((v.x() >> kBlockShift) - low_.x()) +
-                      size_.x() * (((v.y() >> kBlockShift) - low_.y()) + size_.y() * ((v.z() >> kBlockShift) - low_.z()));
+    const Eigen::Vector3f p_low = base_ + axis_x_ * static_cast<float>(x) + axis_y_ * static_cast<float>(y) +
+                                  axis_z_ * static_cast<float>(z);
+    const VoxelCoord v(static_cast<int>(std::floor(p_low.x())), static_cast<int>(std::floor(p_low.y())),
+                       static_cast<int>(std::floor(p_low.z())));
+    const int index =
+        (v.x() >> kBlockShift) + size_.x() * ((v.y() >> kBlockShift) + size_.y() * (v.z() >> kBlockShift));
     return views_[index].at(index_in_block(v));
   }
 
@@ -41,7 +41,7 @@ class BlockSampler {
   Eigen::Vector3f axis_x_, axis_y_, axis_z_;  ///< steps in B (voxels) for one voxel along A's axes
   Eigen::Matrix3d R_B_A_;
   Eigen::Vector3d offset_;                    ///< A's origin in B, voxels
-  Eigen::Vector3f base_;                      ///< centre of the gathered block's first voxel, voxels of B
+  Eigen::Vector3f base_;                      ///< centre of the gathered block's first voxel, voxels of B from low_
   BlockCoord low_;
   Eigen::Vector3i size_;
   std::array<BlockView, 64> views_;

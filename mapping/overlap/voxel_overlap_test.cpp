@@ -95,6 +95,26 @@ TEST_CASE("between rotated grids the overlap equals that of a voxel by voxel cou
   }
 }
 
+TEST_CASE("far from the submap's origin the overlap is that of the same voxels near it") {
+  TwoVolumes near, far;
+  const VoxelCoord offset(64 << 14, 64 << 10, -64 << 12);
+  std::mt19937 rng(5);
+  std::uniform_int_distribution<int> coordinate(-20, 19), value(-40, 70);
+  for (int i = 0; i < 8000; ++i) {
+    const VoxelCoord voxel(coordinate(rng), coordinate(rng), coordinate(rng));
+    const auto log_odds = static_cast<LogOdds>(value(rng));
+    near.set(i % 2 ? near.a : near.b, voxel, log_odds);
+    far.set(i % 2 ? far.a : far.b, voxel + offset, log_odds);
+  }
+  const Pose T_turn(Eigen::AngleAxisd(0.4, Eigen::Vector3d(0.2, -0.3, 0.9).normalized()));
+  const Eigen::Translation3d to_far(offset.cast<double>() * kVoxel);
+  const Pose T_b_a(to_far * T_turn * to_far.inverse());
+  const VoxelOverlap here = voxel_overlap(near.store, near.a, near.b, T_turn, kVoxel);
+  const VoxelOverlap there = voxel_overlap(far.store, far.a, far.b, T_b_a, kVoxel);
+  CHECK(here.num_agreeing > 100);
+  CHECK(std::abs(here.num_agreeing - there.num_agreeing) <= 3);
+}
+
 TEST_CASE("an empty volume overlaps nothing") {
   TwoVolumes v;
   v.fill(v.a, 1);

@@ -9,6 +9,8 @@ namespace {
 
 // A rotation is felt at a distance: this far from the sensor stands most of what a room's scan sees.
 constexpr double kCorrectionLeverM = 5.0;
+// Nothing real is as far from the origin: where an optimiser has diverged, coordinates are no places any more.
+constexpr double kMaxDistanceM = 1e9;
 
 /// How far a rigid change moves what the sensor sees around it, metres.
 double displacement_m(const Pose& T_before_after) {
@@ -72,6 +74,10 @@ bool LocalMapper::place(const Scan& scan, ScanOutcome& outcome) {
   std::size_t hint = 0;
   T_R_L_ = pose_at(scan.poses, scan.stamp, hint);
   T_M_L_ = T_M_R_ * T_R_L_;
+  if (!is_finite(T_M_L_) || T_M_L_.translation().cwiseAbs().maxCoeff() > kMaxDistanceM) {
+    outcome.refusal = ScanRefusal::kNoPose;
+    return false;
+  }
   outcome.T_M_L = T_M_L_;
   outcome.node = scan.node;
   if (active_ != nullptr) {
@@ -97,12 +103,13 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   if (active_ == nullptr) return spawn(scan, next_reason_, outcome);
   const double moved_m = last_.is_valid ? (last_.T_S_L.inverse() * T_S_L()).translation().norm() : 0;
   travel_m_ += moved_m;
+  cloud_travel_m_ += moved_m;
   if (present_shift_m(scan) > config_.spawn.max_correction_m) return spawn(scan, SpawnReason::kCorrection, outcome);
   if (config_.baseline) {
     return travel_m_ < config_.spawn.baseline_distance_m || spawn(scan, SpawnReason::kDistance, outcome);
   }
   filter_cloud();
-  cloud_.advance(travel_m_);
+  cloud_.advance(cloud_travel_m_);
   // One cloud a node is far from its neighbours already; scans of a turning sensor are not.
   const bool is_lone_cloud = scan.kind == Scan::Kind::kCloud;
   outcome.overlap_ratio = cloud_.overlap(!is_lone_cloud);
@@ -110,15 +117,17 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   if (is_lone_cloud) {
     cloud_.add_now();
   } else {
-    cloud_.add(travel_m_);
+    cloud_.add(cloud_travel_m_);
   }
   return true;
 }
 
 bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outcome) {
   if (spare_slots_.empty()) {
-    outcome.refusal = ScanRefusal::kNoSubmapSlot;
-    return active_ != nullptr;  // going on in the old submap is better than losing the scan
+    // Going on in the old submap is better than losing the scan.
+    outcome.is_spawn_declined = active_ != nullptr;
+    if (active_ == nullptr) outcome.refusal = ScanRefusal::kNoSubmapSlot;
+    return active_ != nullptr;
   }
   outcome.finished = active_;
   outcome.spawned = reason;
@@ -133,7 +142,7 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   active_->T_M_S.translation() = (T_M_L_.translation() / grid_m).array().round().matrix() * grid_m;
   active_->T_root_S = T_M_R_.inverse() * active_->T_M_S;
 
-  travel_m_ = 0;
+  travel_m_ = cloud_travel_m_ = 0;
   T_S_C_ = Pose::Identity();
   outcome.returns_declined = bundle_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
   if (!config_.baseline) {
@@ -144,7 +153,6 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
 }
 
 void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
-  outcome.refusal = ScanRefusal::kNone;
   outcome.submap = active_->id;
   outcome.num_returns = bundle_.num_returns();
   active_->note_node(scan.node);

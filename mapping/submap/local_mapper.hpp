@@ -24,6 +24,7 @@ enum class ScanRefusal : std::uint8_t { kNone, kNoPose, kUnknownNode, kNoSubmapS
 struct ScanOutcome {
   ScanRefusal refusal = ScanRefusal::kNone;
   SpawnReason spawned = SpawnReason::kNone;
+  bool is_spawn_declined = false;    ///< it should have begun a submap, but for want of a slot went into the old one
   SubmapId submap = kNoSubmap;
   NodeId node = kNoNode;
   double overlap_ratio = 1;          ///< R_point against the active submap's cloud
@@ -94,6 +95,7 @@ class LocalMapper {
   SubmapId next_id_ = 0;
   SpawnReason next_reason_ = SpawnReason::kFirst;
   double travel_m_ = 0;                   ///< since the active submap was spawned or adopted
+  double cloud_travel_m_ = 0;             ///< since the cloud was begun: it goes on in an adopted submap
   Pose T_S_C_ = Pose::Identity();         ///< frame of the cloud in the active submap's
   LastScan last_;
 

@@ -151,6 +151,11 @@ TEST_CASE("scans without a pose or of an unknown node are refused") {
   Pose not_a_pose = Pose::Identity();
   not_a_pose.translation().x() = std::nan("");
   CHECK(f.scan(room(-3, -3, 3, 3), {0, 0, 1}, kNoNode, not_a_pose).refusal == ScanRefusal::kNoPose);
+  Pose diverged = Pose::Identity();
+  diverged.translation().x() = 1e300;
+  const GraphRevision revision = one_node(diverged);
+  CHECK_FALSE(f.mapper.set_graph(&revision));
+  CHECK(f.scan(room(-3, -3, 3, 3), {0, 0, 1}, 0).refusal == ScanRefusal::kNoPose);
   CHECK(f.mapper.num_spawned() == 0);
 }
 
@@ -160,6 +165,8 @@ TEST_CASE("without a slot the mapper goes on in the old submap") {
     const double x = 20.0 * i;
     const ScanOutcome outcome = f.scan(room(x, -3, x + 6, 3), {x + 3, 0, 1});
     CHECK(outcome.submap == std::min(i, 7));
+    CHECK(outcome.refusal == ScanRefusal::kNone);
+    CHECK(outcome.is_spawn_declined == (i > 7));
   }
 }
 
