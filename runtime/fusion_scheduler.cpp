@@ -1,6 +1,7 @@
 #include "runtime/fusion_scheduler.hpp"
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "runtime/cpu_clock.hpp"
@@ -9,16 +10,14 @@ namespace cloister {
 namespace {
 
 Event pair_event(EventKind kind, SensorTime stamp, const Submap& a, const Submap& b, const VoxelOverlap& overlap) {
-  Event event;
-  event.kind = kind;
-  event.stamp = stamp;
-  event.a = a.id;
-  event.b = b.id;
-  event.ratio_a = overlap.ratio_a();
-  event.ratio_b = overlap.ratio_b();
-  event.node_a = a.root;
-  event.node_b = b.root;
-  return event;
+  return {.kind = kind,
+          .stamp = stamp,
+          .a = a.id,
+          .b = b.id,
+          .ratio_a = overlap.ratio_a(),
+          .ratio_b = overlap.ratio_b(),
+          .node_a = a.root,
+          .node_b = b.root};
 }
 
 }  // namespace
@@ -69,20 +68,17 @@ void FusionScheduler::handle(const SchedulerCommand& command) {
     if (revision_ != nullptr) (void)ports_.retired.try_push(revision_);
     revision_ = command.revision;
     for (const std::size_t i : revision_->new_loops) {
-      Event event;
-      event.kind = EventKind::kLoopClosure;
-      event.stamp = command.stamp;
-      event.node_a = revision_->graph.edges[i].from;
-      event.node_b = revision_->graph.edges[i].to;
-      event.a = map_.owner(event.node_a);
-      event.b = map_.owner(event.node_b);
-      record_.events.push_back(event);
+      const GraphEdge& edge = revision_->graph.edges[i];
+      record_.events.push_back({.kind = EventKind::kLoopClosure,
+                                .stamp = command.stamp,
+                                .a = map_.owner(edge.from),
+                                .b = map_.owner(edge.to),
+                                .node_a = edge.from,
+                                .node_b = edge.to});
     }
-    Event event;
-    event.kind = EventKind::kGraphUpdated;
-    event.stamp = command.stamp;
-    event.count = static_cast<std::int64_t>(revision_->graph.nodes.size());
-    record_.events.push_back(event);
+    record_.events.push_back({.kind = EventKind::kGraphUpdated,
+                              .stamp = command.stamp,
+                              .count = static_cast<std::int64_t>(revision_->graph.nodes.size())});
   }
   const Pose T_M_closed = command.finished != nullptr ? command.finished->T_M_S : Pose::Identity();
   settle(command.stamp);
@@ -141,7 +137,12 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
   }
   const auto bytes_before = static_cast<std::int64_t>(a.volume.bytes() + b.volume.bytes());
   const StopWatch fuse_watch;
-  Submap* emptied = map_.fuse(candidate);
+  Submap* emptied = nullptr;
+  try {
+    emptied = map_.fuse(candidate);
+  } catch (const std::bad_alloc&) {
+    // Its lists are made before the first voxel is touched: the pair stays as it was.
+  }
   record_.fuse_ms.push_back(fuse_watch.wall_ms());
   record_.cpu_fusion_ns += fuse_watch.cpu_ns();
   if (emptied == nullptr) {

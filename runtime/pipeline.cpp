@@ -177,11 +177,7 @@ void Pipeline::drain() {
 void Pipeline::drop(const Scan& scan, const char* cause) {
   ++record_.scans_dropped;
   ++record_.drops[cause];
-  Event event;
-  event.kind = EventKind::kDrop;
-  event.stamp = scan.stamp;
-  event.reason = cause;
-  record_.events.push_back(event);
+  record_.events.push_back({.kind = EventKind::kDrop, .stamp = scan.stamp, .reason = cause});
 }
 
 void Pipeline::note(const ScanReport& report) {
@@ -198,35 +194,24 @@ void Pipeline::note(const ScanReport& report) {
   if (outcome.returns_declined > 0) {
     record_.drops["returns_beyond_capacity"] += static_cast<std::int64_t>(outcome.returns_declined);
   }
-  if (outcome.voxels_declined > 0) {
-    record_.drops["voxel_updates_memory_full"] += static_cast<std::int64_t>(outcome.voxels_declined);
-    Event event;
-    event.kind = EventKind::kDegrade;
-    event.stamp = report.scan->stamp;
-    event.reason = "memory";
-    event.a = outcome.submap;
-    event.count = static_cast<std::int64_t>(outcome.voxels_declined);
-    record_.events.push_back(event);
-  }
-  if (outcome.is_spawn_declined) {
-    ++record_.drops["spawns_submap_slots_full"];
-    Event event;
-    event.kind = EventKind::kDegrade;
-    event.stamp = report.scan->stamp;
-    event.reason = "submap_slots";
-    event.a = outcome.submap;
-    event.count = 1;
-    record_.events.push_back(event);
-  }
+  const auto degrade = [&](const char* drop, const char* reason, std::size_t count) {
+    if (count == 0) return;
+    record_.drops[drop] += static_cast<std::int64_t>(count);
+    record_.events.push_back({.kind = EventKind::kDegrade,
+                              .stamp = report.scan->stamp,
+                              .reason = reason,
+                              .a = outcome.submap,
+                              .count = static_cast<std::int64_t>(count)});
+  };
+  degrade("voxel_updates_memory_full", "memory", outcome.voxels_declined);
+  degrade("spawns_submap_slots_full", "submap_slots", outcome.is_spawn_declined);
   if (outcome.spawned != SpawnReason::kNone) {
-    Event event;
-    event.kind = EventKind::kSpawn;
-    event.stamp = report.scan->stamp;
-    event.reason = name_of(outcome.spawned);
-    event.a = outcome.submap;
-    event.ratio_a = outcome.overlap_ratio;
-    event.node_a = outcome.node;
-    record_.events.push_back(event);
+    record_.events.push_back({.kind = EventKind::kSpawn,
+                              .stamp = report.scan->stamp,
+                              .reason = name_of(outcome.spawned),
+                              .a = outcome.submap,
+                              .ratio_a = outcome.overlap_ratio,
+                              .node_a = outcome.node});
     ++record_.submaps_spawned;
   }
   TimelineRow row;

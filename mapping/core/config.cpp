@@ -24,6 +24,10 @@ std::optional<std::string> validate(const Config& config) {
     complain("voxel.min_range_m = ", config.voxel.min_range_m, ": must be below voxel.max_range_m = ",
              config.voxel.max_range_m);
   }
+  if (config.voxel.max_range_m / config.voxel.voxel_size_m > kMaxRangeVoxels) {
+    complain("voxel.max_range_m = ", config.voxel.max_range_m, ": must be at most ", kMaxRangeVoxels,
+             " voxels of voxel.voxel_size_m = ", config.voxel.voxel_size_m);
+  }
   if (config.memory.max_submaps * kMaxSubmapSlotBytes > config.memory.budget_bytes / 2) {
     complain("memory.max_submaps = ", config.memory.max_submaps, ": their slots, ", kMaxSubmapSlotBytes,
              " bytes each, must fit into half of memory.budget_bytes = ", config.memory.budget_bytes);

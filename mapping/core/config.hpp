@@ -42,6 +42,9 @@ struct FusionConfig {
   double default_information = 0.0;   ///< stands in for missing information matrices (1/m^2, 1/rad^2); 0 = refuse them
 };
 
+/// Longest range in voxels: the table of chunks around the sensor grows with its third power (126 MB here).
+inline constexpr double kMaxRangeVoxels = 10'000;
+
 /// Upper bound of what one submap takes beside its voxels.
 inline constexpr std::int64_t kMaxSubmapSlotBytes = 8192;
 

@@ -30,6 +30,13 @@ TEST_CASE("ranges that exclude each other are refused") {
   CHECK(validate(config).value_or("").find("voxel.min_range_m = 20") == 0);
 }
 
+TEST_CASE("a range of too many voxels is refused") {
+  Config config;
+  config.voxel.voxel_size_m = 0.01;
+  config.voxel.max_range_m = 200;
+  CHECK(validate(config).value_or("").find("voxel.max_range_m = 200") == 0);
+}
+
 TEST_CASE("a budget that the submaps' slots alone would fill is refused") {
   Config config;
   config.memory.budget_bytes = 64 << 20;

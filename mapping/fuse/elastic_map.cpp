@@ -42,7 +42,14 @@ void ElasticMap::note_nodes(const Submap& submap) {
   if (submap.root != kNoNode) root_at_spawn_.emplace(submap.id, submap.root);
   if (submap.first_node == kNoNode) return;
   // A node's scans can straddle two submaps: the first one was there when the node was made.
-  for (NodeId node = submap.first_node; node <= submap.last_node; ++node) node_owner_.emplace(node, submap.id);
+  node_owner_.emplace(submap.first_node, submap.id);
+  node_owner_.emplace(submap.last_node, submap.id);
+  if (revision_ == nullptr) return;
+  // Ids may be sparse: only those of the graph are walked.
+  const auto& nodes = revision_->graph.nodes;
+  auto node = std::lower_bound(nodes.begin(), nodes.end(), submap.first_node,
+                               [](const GraphNode& a, NodeId id) { return a.id < id; });
+  for (; node != nodes.end() && node->id <= submap.last_node; ++node) node_owner_.emplace(node->id, submap.id);
 }
 
 Submap* ElasticMap::lend(SubmapId id) {

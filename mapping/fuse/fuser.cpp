@@ -22,7 +22,13 @@ void sort_unique(std::vector<Eigen::Vector3i>& coords) {
 std::vector<BlockCoord> blocks_reached(const VoxelStore& store, const Volume& from, const Pose& T_into_from,
                                        double voxel_size_m) {
   std::vector<BlockCoord> reached;
+  // Neighbours reach much the same blocks: sorting now and then keeps the list a few times as long as the answer.
+  std::size_t sort_at = 1 << 16;
   from.for_each_block(store, [&](const BlockCoord& coord, const BlockView&) {
+    if (reached.size() > sort_at) {
+      sort_unique(reached);
+      sort_at = std::max(sort_at, 2 * reached.size());
+    }
     const BlockRange range = blocks_under(coord, T_into_from, voxel_size_m);
     for (int z = range.low.z(); z <= range.high.z(); ++z) {
       for (int y = range.low.y(); y <= range.high.y(); ++y) {

@@ -13,6 +13,9 @@ namespace {
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 
+// Of the chunks that a scan reaches: outdoors it crosses about eight blocks of each at the least.
+constexpr std::size_t kMinBlocksPerChunk = 8;
+
 }  // namespace
 
 RayMarker::RayMarker(double voxel_size_m, double max_range_m, double slack_m, std::size_t max_blocks)
@@ -21,18 +24,15 @@ RayMarker::RayMarker(double voxel_size_m, double max_range_m, double slack_m, st
   window_edge_ = 2 * static_cast<int>(std::ceil((max_range_m + slack_m) / chunk_m)) + 2;
   window_origin_.setZero();
   const std::size_t window_chunks = static_cast<std::size_t>(window_edge_) * window_edge_ * window_edge_;
-  max_chunks_ = std::min(window_chunks, max_blocks);
+  max_chunks_ = std::min(window_chunks, max_blocks / kMinBlocksPerChunk);
   window_.assign(window_chunks, 0);
   used_chunks_.reserve(max_chunks_);
-  chunk_slots_.assign(max_chunks_ * kChunkBlocks, 0);
+  chunk_slots_ = std::make_unique_for_overwrite<Slot[]>(max_chunks_ * kChunkBlocks);
   blocks_ = std::make_unique_for_overwrite<Marked[]>(max_blocks);
 }
 
 void RayMarker::clear() {
-  for (std::size_t i = 0; i < used_chunks_.size(); ++i) {
-    window_[used_chunks_[i]] = 0;
-    std::memset(&chunk_slots_[i * kChunkBlocks], 0, kChunkBlocks * sizeof(Slot));
-  }
+  for (const std::uint32_t window_index : used_chunks_) window_[window_index] = 0;
   used_chunks_.clear();
   num_blocks_ = 0;
   num_declined_ = 0;
@@ -51,6 +51,7 @@ BlockMarks* RayMarker::find_or_make(const BlockCoord& block) {
   Slot& chunk_slot = window_[window_index];
   if (chunk_slot == 0) {
     if (used_chunks_.size() == max_chunks_) return nullptr;
+    std::memset(&chunk_slots_[used_chunks_.size() * kChunkBlocks], 0, kChunkBlocks * sizeof(Slot));
     used_chunks_.push_back(window_index);
     chunk_slot = static_cast<Slot>(used_chunks_.size());
   }

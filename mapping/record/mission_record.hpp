@@ -46,8 +46,8 @@ enum class EventKind {
 /// are left out.
 struct Event {
   EventKind kind = EventKind::kSpawn;
-  SensorTime stamp;
-  std::string reason;      ///< why, in a word: "overlap", "correction", "loop", "uncertainty", ...
+  SensorTime stamp = {};
+  std::string reason = {};  ///< why, in a word: "overlap", "correction", "loop", "uncertainty", ...
   SubmapId a = kNoSubmap;  ///< the submap spawned, or the first of a pair
   SubmapId b = kNoSubmap;
   double ratio_a = -1;  ///< overlap ratio over a's known voxels; R_point for a spawn; < 0: none

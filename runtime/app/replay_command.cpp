@@ -1,5 +1,6 @@
 #include "runtime/app/replay_command.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -29,7 +30,11 @@ class Pacer {
   void wait_for(SensorTime stamp) {
     const auto now = std::chrono::steady_clock::now();
     if (!begin_) begin_ = {now, stamp};
-    std::this_thread::sleep_until(begin_->first + std::chrono::nanoseconds((stamp - begin_->second).ns));
+    const auto due = begin_->first + std::chrono::nanoseconds((stamp - begin_->second).ns);
+    // In slices, so that a signal is noticed within a mission's pauses.
+    while (g_is_interrupted == 0 && std::chrono::steady_clock::now() < due) {
+      std::this_thread::sleep_until(std::min(due, std::chrono::steady_clock::now() + std::chrono::milliseconds(100)));
+    }
   }
 
  private:
