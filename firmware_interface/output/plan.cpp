@@ -120,8 +120,10 @@ std::size_t rasterise(const std::vector<PlanPoint>& points, double cell_m, Plan&
     // closed.
     storey.floor = make_layer(floor, plan.min_M, plan.max_M, 2 * cell_m);
     fill_holes(storey.floor, 4);
+    smooth_owners(storey.floor, 4);
     storey.walls = make_layer(walls, plan.min_M, plan.max_M, cell_m);
     close_gaps(storey.walls);
+    smooth_owners(storey.walls, 3);
     rectangles += merge_cells(storey.floor).size() + merge_cells(storey.walls).size();
   }
   return rectangles;

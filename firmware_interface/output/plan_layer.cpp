@@ -111,6 +111,34 @@ void close_gaps(PlanLayer& layer) {
   }
 }
 
+void smooth_owners(PlanLayer& layer, int radius) {
+  if (layer.owner.empty()) return;
+  const PlanLayer before = layer;
+  const std::int32_t last = *std::max_element(before.owner.begin(), before.owner.end());
+  std::vector<int> votes(static_cast<std::size_t>(last + 1), 0);
+  std::vector<std::int32_t> voters;
+  for (int row = 0; row < layer.rows; ++row) {
+    for (int column = 0; column < layer.columns; ++column) {
+      std::int32_t& owner = layer.owner[static_cast<std::size_t>(row) * layer.columns + column];
+      if (owner < 0) continue;
+      voters.clear();
+      for (int dy = -radius; dy <= radius; ++dy) {
+        for (int dx = -radius; dx <= radius; ++dx) {
+          const std::int32_t voter = owner_at(before, column + dx, row + dy);
+          if (voter < 0) continue;
+          voters.push_back(voter);
+          ++votes[static_cast<std::size_t>(voter)];
+        }
+      }
+      for (const std::int32_t voter : voters) {
+        if (votes[static_cast<std::size_t>(voter)] > votes[static_cast<std::size_t>(owner)])
+          owner = voter;
+      }
+      for (const std::int32_t voter : voters) votes[static_cast<std::size_t>(voter)] = 0;
+    }
+  }
+}
+
 std::vector<LayerRegion> find_regions(const PlanLayer& floor, const PlanLayer& walls,
                                       std::size_t num_submaps) {
   std::vector<LayerRegion> regions(num_submaps);

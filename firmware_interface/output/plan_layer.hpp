@@ -26,6 +26,10 @@ void fill_holes(PlanLayer& layer, int passes);
 /// owner.
 void close_gaps(PlanLayer& layer);
 
+/// Gives each taken cell to whoever owns most of the square of `radius` cells around it, its own owner first among equals:
+/// where submaps overlap, areas instead of speckle. No cell is taken or freed.
+void smooth_owners(PlanLayer& layer, int radius);
+
 /// How much of a layer a submap has, and a point deep inside the largest part of it.
 struct LayerRegion {
   std::int64_t cells = 0;

@@ -160,6 +160,21 @@ TEST_CASE("merged rectangles cover every taken cell exactly once, by its owner")
   CHECK(painted == layer.owner);
 }
 
+TEST_CASE("smoothing takes specks away and keeps areas, free cells and ties") {
+  PlanLayer layer{1.0, 12, 6, std::vector<std::int32_t>(72, -1)};
+  const auto cell = [&layer](int column, int row) -> std::int32_t& {
+    return layer.owner[static_cast<std::size_t>(row * 12 + column)];
+  };
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 10; ++column) cell(column, row) = column < 5 ? 3 : 8;
+  }
+  const std::vector<std::int32_t> areas = layer.owner;
+  cell(2, 3) = 8;
+  cell(7, 1) = 0;
+  smooth_owners(layer, 1);
+  CHECK(layer.owner == areas);
+}
+
 TEST_CASE("a full layer merges into one rectangle") {
   PlanLayer layer{1.0, 40, 30, std::vector<std::int32_t>(1200, 7)};
   const auto rectangles = merge_cells(layer);
