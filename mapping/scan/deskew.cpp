@@ -106,10 +106,12 @@ float RayBundle::start_of(const ScanGeometry& geometry, int beam, int column, fl
   const int half_gap = column & -column & (kCoarsestColumns - 1);
   if (half_gap == 0) return 0;
   const std::size_t row = static_cast<std::size_t>(beam) * geometry.num_columns;
-  const int right = (column + half_gap) % geometry.num_columns;
+  const std::size_t left = row + static_cast<std::size_t>(column - half_gap);
+  const std::size_t right = row + static_cast<std::size_t>((column + half_gap) % geometry.num_columns);
+  if (right >= free_m_.size()) return 0;
   const float gap_rad = 2 * static_cast<float>(half_gap) * 2 * std::numbers::pi_v<float> /
                         static_cast<float>(geometry.num_columns);
-  return std::min({0.5f * voxel_m / gap_rad, free_m_[row + column - half_gap], free_m_[row + right]});
+  return std::min({0.5f * voxel_m / gap_rad, free_m_[left], free_m_[right]});
 }
 
 void RayBundle::assign_organised(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
