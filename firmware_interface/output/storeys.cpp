@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
 namespace cloister {
@@ -177,21 +176,25 @@ GroundLevel::GroundLevel(const Storey& storey, const Eigen::Vector2d& min_M,
   z_.assign(static_cast<std::size_t>(columns_) * rows_, storey.sensor_z_m);
   near_.assign(z_.size(), 0);
 
-  // Brute force over a path thinned to at most a thousand points or so: 40 thousand cells at the
-  // very most.
+  // Brute force over a path thinned to a thousand points or two: 40 thousand cells at the very most. The median of the
+  // nearest stretch, not its nearest point, since that may be the first steps of the stairs.
   const std::size_t stride = storey.level_M.size() / 1000 + 1;
-  for (std::size_t i = 0; i < z_.size(); ++i) {
+  std::vector<double> distances_m, stretch_z;
+  for (std::size_t i = 0; i < z_.size() && !storey.level_M.empty(); ++i) {
     const Eigen::Vector2d centre_M =
         min_M + cell_m_ * Eigen::Vector2d(static_cast<double>(i % columns_) + 0.5,
                                           static_cast<double>(i / columns_) + 0.5);
-    double nearest_m2 = std::numeric_limits<double>::infinity();
+    distances_m.clear();
     for (std::size_t k = 0; k < storey.level_M.size(); k += stride) {
-      const double distance_m2 = (storey.level_M[k].head<2>() - centre_M).squaredNorm();
-      if (distance_m2 >= nearest_m2) continue;
-      nearest_m2 = distance_m2;
-      z_[i] = storey.level_M[k].z();
+      distances_m.push_back((storey.level_M[k].head<2>() - centre_M).norm());
     }
-    near_[i] = nearest_m2 <= cell_m_ * cell_m_ ? 1 : 0;
+    const double nearest_m = *std::min_element(distances_m.begin(), distances_m.end());
+    stretch_z.clear();
+    for (std::size_t k = 0; k < distances_m.size(); ++k) {
+      if (distances_m[k] <= nearest_m + 1.0) stretch_z.push_back(storey.level_M[k * stride].z());
+    }
+    z_[i] = median(stretch_z);
+    near_[i] = nearest_m <= cell_m_ ? 1 : 0;
   }
 }
 

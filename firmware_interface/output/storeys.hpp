@@ -30,15 +30,15 @@ struct Storeys {
 /// however high it climbs.
 [[nodiscard]] Storeys find_storeys(const std::vector<std::pair<SensorTime, Pose>>& path_M);
 
-/// Height of the ground under a storey's path, anywhere around it: that of the nearest point of the
-/// path, less the height at which the sensor is carried.
+/// Height of the ground under a storey's path, anywhere around it: that of the nearest stretch of
+/// the path, less the height at which the sensor is carried.
 class GroundLevel {
  public:
   /// @param storey whose level is taken; without any path the level is 0
   /// @param min_M, max_M x and y that will be asked for; outside, the border's answer is given
   GroundLevel(const Storey& storey, const Eigen::Vector2d& min_M, const Eigen::Vector2d& max_M);
 
-  /// Height of the sensor on the nearest point of the path.
+  /// Height of the sensor on the nearest stretch of the path.
   [[nodiscard]] double sensor_z(double x_M, double y_M) const { return z_[cell(x_M, y_M)]; }
 
   /// True within about two metres of the path.
