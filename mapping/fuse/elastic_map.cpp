@@ -238,10 +238,4 @@ std::vector<const Submap*> ElasticMap::submaps() const {
   return all;
 }
 
-std::int64_t ElasticMap::map_bytes() const {
-  std::int64_t bytes = 0;
-  for (const Submap* submap : submaps()) bytes += static_cast<std::int64_t>(submap->volume.bytes());
-  return bytes;
-}
-
 }  // namespace cloister

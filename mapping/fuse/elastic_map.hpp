@@ -84,7 +84,6 @@ class ElasticMap {
   /// True when a loop closure joins the two.
   [[nodiscard]] bool joined_by_loop(SubmapId a, SubmapId b) const;
   [[nodiscard]] std::vector<const Submap*> submaps() const;
-  [[nodiscard]] std::int64_t map_bytes() const;
 
  private:
   struct Entry {
