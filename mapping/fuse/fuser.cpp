@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "mapping/integrate/scan_integrator.hpp"
+#include "mapping/integrate/evidence.hpp"
 #include "mapping/overlap/block_sampler.hpp"
 
 namespace cloister {

@@ -10,6 +10,7 @@
 #include "mapping/core/pose.hpp"
 #include "mapping/core/time.hpp"
 #include "mapping/graph/pose_graph.hpp"
+#include "mapping/scan/spherical_projection.hpp"
 
 namespace cloister {
 
@@ -23,7 +24,8 @@ struct ScanGeometry {
   int num_columns = 0;
   std::vector<Eigen::Vector3f> direction_L;  ///< [num_beams x num_columns], unit length
   std::vector<Eigen::Vector3f> origin_L;     ///< [num_beams x num_columns], where the beam's range is zero, metres
-  std::vector<int> pixel_shift;              ///< [num_beams], columns to shift a row so that azimuths line up
+  /// The way back from a point to a pixel; without it, scans are integrated beam by beam.
+  std::optional<SphericalProjection> projection;
 };
 
 /// A pose of the sensor at a stamp, relative to the scan's reference frame R (see Scan::node).

@@ -20,12 +20,11 @@ SubmapCloud::SubmapCloud(const SpawnConfig& config, std::size_t max_points)
   for (Pending& pending : pending_) pending.points.reserve(kMaxFilteredPoints);
 }
 
-void SubmapCloud::filter(const RayBundle& bundle, const Eigen::Isometry3f& T_C_S) {
+void SubmapCloud::filter(const PlacedScan& scan, const Eigen::Isometry3f& T_C_S) {
   scan_filter_.clear();
   filtered_.clear();
-  for (const Ray& ray : bundle.rays()) {
-    if (!ray.is_return) continue;
-    const Eigen::Vector3f point_C = T_C_S * ray.end_S;
+  for (std::size_t i = 0; i < scan.num_returns(); ++i) {
+    const Eigen::Vector3f point_C = T_C_S * scan.return_S(i);
     if (scan_filter_.insert(point_C)) filtered_.push_back(point_C);
   }
 }

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "mapping/core/config.hpp"
-#include "mapping/scan/deskew.hpp"
+#include "mapping/scan/placed_scan.hpp"
 #include "mapping/submap/covisibility_grid.hpp"
 #include "mapping/submap/point_grid.hpp"
 
@@ -30,8 +30,8 @@ class SubmapCloud {
   SubmapCloud(const SpawnConfig& config, std::size_t max_points);
 
   /// Voxel-filters the returns of a scan; what follows refers to them.
-  /// @param T_C_S  takes the bundle's frame to the cloud's
-  void filter(const RayBundle& bundle, const Eigen::Isometry3f& T_C_S);
+  /// @param T_C_S  takes the scan's frame to the cloud's
+  void filter(const PlacedScan& scan, const Eigen::Isometry3f& T_C_S);
   /// R_point: share of the filtered scan's points whose nearest point of the cloud is closer than sqrt(3) x filter.
   /// 1 for a scan without points: it cannot ask for a new submap.
   /// @param established_only  leave out the part of the cloud that was seen in too few scans

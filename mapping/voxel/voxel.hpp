@@ -40,8 +40,8 @@ inline constexpr int kBlockVoxels = 512;
 inline constexpr int kChunkEdge = 8;      ///< blocks
 inline constexpr int kChunkBlocks = 512;
 
-/// The finest node: 8x8x8 voxels, x fastest, then y, then z.
-struct Block {
+/// The finest node: 8x8x8 voxels, x fastest, then y, then z. Aligned for the widest vectors.
+struct alignas(64) Block {
   LogOdds voxels[kBlockVoxels];
 };
 static_assert(sizeof(Block) == 512);

@@ -1,7 +1,8 @@
-#include "mapping/integrate/ray_marker.hpp"
+#include "mapping/integrate/scan_marks.hpp"
 
 #include <algorithm>
 #include <bit>
+#include <climits>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -18,7 +19,7 @@ constexpr std::size_t kMinBlocksPerChunk = 8;
 
 }  // namespace
 
-RayMarker::RayMarker(double voxel_size_m, double max_range_m, double slack_m, std::size_t max_blocks)
+ScanMarks::ScanMarks(double voxel_size_m, double max_range_m, double slack_m, std::size_t max_blocks)
     : voxels_per_metre_(static_cast<float>(1.0 / voxel_size_m)), max_blocks_(max_blocks) {
   const double chunk_m = voxel_size_m * kBlockEdge * kChunkEdge;
   window_edge_ = 2 * static_cast<int>(std::ceil((max_range_m + slack_m) / chunk_m)) + 2;
@@ -31,28 +32,42 @@ RayMarker::RayMarker(double voxel_size_m, double max_range_m, double slack_m, st
   blocks_ = std::make_unique_for_overwrite<Marked[]>(max_blocks);
 }
 
-void RayMarker::clear() {
-  for (const std::uint32_t window_index : used_chunks_) window_[window_index] = 0;
+void ScanMarks::restart(const Eigen::Vector3f& centre_S) {
+  for (const std::uint32_t index : used_chunks_) window_[index] = 0;
   used_chunks_.clear();
   num_blocks_ = 0;
   num_declined_ = 0;
+  for (int a = 0; a < 3; ++a) {
+    const int centre_voxel = static_cast<int>(std::floor(centre_S[a] * voxels_per_metre_));
+    window_origin_[a] = (centre_voxel >> (2 * kBlockShift)) - window_edge_ / 2;
+  }
 }
 
-BlockMarks* RayMarker::find_or_make(const BlockCoord& block) {
-  const ChunkCoord chunk = parent_coord(block) - window_origin_;
+std::size_t ScanMarks::window_index(const ChunkCoord& chunk) const {
+  const ChunkCoord place = chunk - window_origin_;
   const auto edge = static_cast<unsigned>(window_edge_);
-  if (static_cast<unsigned>(chunk.x()) >= edge || static_cast<unsigned>(chunk.y()) >= edge ||
-      static_cast<unsigned>(chunk.z()) >= edge) {
-    return nullptr;
+  if (static_cast<unsigned>(place.x()) >= edge || static_cast<unsigned>(place.y()) >= edge ||
+      static_cast<unsigned>(place.z()) >= edge) {
+    return window_.size();
   }
-  const std::uint32_t window_index =
-      static_cast<std::uint32_t>(chunk.x()) + edge * (static_cast<std::uint32_t>(chunk.y()) +
-                                                      edge * static_cast<std::uint32_t>(chunk.z()));
-  Slot& chunk_slot = window_[window_index];
+  return static_cast<std::size_t>(place.x()) +
+         edge * (static_cast<std::size_t>(place.y()) + edge * static_cast<std::size_t>(place.z()));
+}
+
+const ScanMarks::Slot* ScanMarks::find_chunk(const ChunkCoord& chunk) const {
+  const std::size_t index = window_index(chunk);
+  if (index == window_.size() || window_[index] == 0) return nullptr;
+  return &chunk_slots_[(window_[index] - 1) * std::size_t{kChunkBlocks}];
+}
+
+ScanMarks::Marked* ScanMarks::find_or_make(const BlockCoord& block) {
+  const std::size_t index = window_index(parent_coord(block));
+  if (index == window_.size()) return nullptr;
+  Slot& chunk_slot = window_[index];
   if (chunk_slot == 0) {
     if (used_chunks_.size() == max_chunks_) return nullptr;
     std::memset(&chunk_slots_[used_chunks_.size() * kChunkBlocks], 0, kChunkBlocks * sizeof(Slot));
-    used_chunks_.push_back(window_index);
+    used_chunks_.push_back(static_cast<std::uint32_t>(index));
     chunk_slot = static_cast<Slot>(used_chunks_.size());
   }
   Slot& block_slot = chunk_slots_[(chunk_slot - 1) * std::size_t{kChunkBlocks} + index_in_block(block)];
@@ -60,28 +75,42 @@ BlockMarks* RayMarker::find_or_make(const BlockCoord& block) {
     if (num_blocks_ == max_blocks_) return nullptr;
     Marked& fresh = blocks_[num_blocks_++];
     fresh.coord = block;
-    std::memset(&fresh.marks, 0, sizeof(fresh.marks));
+    fresh.is_applied = false;
+    fresh.hit = fresh.crossed = BlockBits{};
     block_slot = static_cast<Slot>(num_blocks_);
   }
-  return &blocks_[block_slot - 1].marks;
+  return &blocks_[block_slot - 1];
 }
 
-bool RayMarker::walk(const Ray& ray) {
+void ScanMarks::mark_returns(const PlacedScan& scan) {
+  const float *x_S = scan.x_S(), *y_S = scan.y_S(), *z_S = scan.z_S();
+  // Neighbouring beams end in the same block more often than not.
+  BlockCoord last_block(INT_MAX, INT_MAX, INT_MAX);
+  Marked* marked = nullptr;
+  for (std::size_t i = 0; i < scan.num_returns(); ++i) {
+    const VoxelCoord voxel(static_cast<int>(std::floor(x_S[i] * voxels_per_metre_)),
+                           static_cast<int>(std::floor(y_S[i] * voxels_per_metre_)),
+                           static_cast<int>(std::floor(z_S[i] * voxels_per_metre_)));
+    const BlockCoord block = parent_coord(voxel);
+    if (block != last_block) {
+      last_block = block;
+      marked = find_or_make(block);
+    }
+    if (marked == nullptr) {
+      ++num_declined_;
+      continue;
+    }
+    marked->hit.word[voxel.z() & 7] |= std::uint64_t{1} << ((voxel.x() & 7) | ((voxel.y() & 7) << 3));
+  }
+}
+
+void ScanMarks::mark_crossed(const Ray& ray) {
   const Eigen::Vector3f start = ray.origin_S * voxels_per_metre_;
   const Eigen::Vector3f end = ray.end_S * voxels_per_metre_;
 
-  VoxelCoord hit_voxel(static_cast<int>(std::floor(end.x())), static_cast<int>(std::floor(end.y())),
-                       static_cast<int>(std::floor(end.z())));
-  if (ray.is_return) {
-    BlockMarks* marks = find_or_make(parent_coord(hit_voxel));
-    if (marks == nullptr) return false;
-    marks->hit[hit_voxel.z() & 7] |= std::uint64_t{1} << ((hit_voxel.x() & 7) | ((hit_voxel.y() & 7) << 3));
-  }
-
   const float length = (end - start).norm();
-  const float begin = ray.start_m * voxels_per_metre_;
   const float free_length = ray.free_m * voxels_per_metre_;
-  if (length <= 0 || begin >= free_length) return true;
+  if (length <= 0 || free_length <= 0) return;
 
   // Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing" (1987), in units of voxels, three axes at
   // once and without a branch on the axis, which no processor can foretell: `ahead` holds the lengths along the ray at
@@ -93,25 +122,25 @@ bool RayMarker::walk(const Ray& ray) {
   Int4 local = {0, 0, 0, 0};
   BlockCoord block;
   for (int a = 0; a < 3; ++a) {
-    const float at = start[a] + begin * slope[a];
+    const float at = start[a];
     const float cell = std::floor(at);
     towards[a] = slope[a] < 0 ? -1 : 1;
     apart[a] = slope[a] == 0 ? std::numeric_limits<float>::infinity() : 1 / std::abs(slope[a]);
     ahead[a] = slope[a] == 0 ? std::numeric_limits<float>::infinity()
-                             : begin + (slope[a] < 0 ? at - cell : cell + 1 - at) * apart[a];
+                             : (slope[a] < 0 ? at - cell : cell + 1 - at) * apart[a];
     block[a] = static_cast<int>(cell) >> kBlockShift;
     local[a] = static_cast<int>(cell) & (kBlockEdge - 1);
   }
-  BlockMarks* marks = find_or_make(block);
+  Marked* marks = find_or_make(block);
   while (marks != nullptr) {
     int outside = 0;
     do {
-      marks->free[local[2]] |= std::uint64_t{1} << (local[0] | (local[1] << kBlockShift));
+      marks->crossed.word[local[2]] |= std::uint64_t{1} << (local[0] | (local[1] << kBlockShift));
       const Float4 one_on = __builtin_shufflevector(ahead, ahead, 1, 2, 0, 3);
       const Float4 two_on = __builtin_shufflevector(ahead, ahead, 2, 0, 1, 3);
       const Float4 lesser = one_on < two_on ? one_on : two_on;
       const Float4 nearest = ahead < lesser ? ahead : lesser;
-      if (nearest[0] >= free_length) return true;
+      if (nearest[0] >= free_length) return;
       const Int4 entered = ahead == nearest;
       ahead += std::bit_cast<Float4>(entered & std::bit_cast<Int4>(apart));
       local += entered & towards;
@@ -121,16 +150,7 @@ bool RayMarker::walk(const Ray& ray) {
     local &= kBlockEdge - 1;
     marks = find_or_make(block);
   }
-  return false;
-}
-
-void RayMarker::mark(const std::vector<Ray>& rays, const Eigen::Vector3f& centre_S) {
-  clear();
-  for (int a = 0; a < 3; ++a) {
-    const int centre_voxel = static_cast<int>(std::floor(centre_S[a] * voxels_per_metre_));
-    window_origin_[a] = (centre_voxel >> (2 * kBlockShift)) - window_edge_ / 2;
-  }
-  for (const Ray& ray : rays) num_declined_ += !walk(ray);
+  ++num_declined_;
 }
 
 }  // namespace cloister

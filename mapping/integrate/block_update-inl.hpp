@@ -1,0 +1,103 @@
+// What one scan does to one block, compiled once for each instruction set: included by the files that Highway includes
+// again and again, hence no `#pragma once` but Highway's own guard.
+#if defined(CLOISTER_BLOCK_UPDATE_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef CLOISTER_BLOCK_UPDATE_INL_HPP
+#undef CLOISTER_BLOCK_UPDATE_INL_HPP
+#else
+#define CLOISTER_BLOCK_UPDATE_INL_HPP
+#endif
+
+#include <hwy/highway.h>
+
+#include <bit>
+
+#include "mapping/integrate/evidence.hpp"
+#include "mapping/integrate/scan_marks.hpp"
+#include "mapping/voxel/volume.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace cloister::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using LogOddsTag = hn::CappedTag<LogOdds, 64>;
+
+/// Greatest value of a block.
+HWY_INLINE LogOdds HighestIn(const Block& block) {
+  const LogOddsTag d;
+  auto highest = hn::Load(d, block.voxels);
+  for (int i = static_cast<int>(hn::Lanes(d)); i < kBlockVoxels; i += static_cast<int>(hn::Lanes(d))) {
+    highest = hn::Max(highest, hn::Load(d, block.voxels + i));
+  }
+  HWY_ALIGN LogOdds lanes[HWY_MAX_BYTES];
+  hn::Store(highest, d, lanes);
+  LogOdds result = lanes[0];
+  for (std::size_t i = 1; i < hn::Lanes(d); ++i) result = lanes[i] > result ? lanes[i] : result;
+  return result;
+}
+
+/// Adds a scan's evidence to the voxels of a block; a voxel that is hit is not free. Beams that passed beside a voxel
+/// (`free` without `crossed`) make it free as long as nothing says that it is occupied: they cannot clear it.
+HWY_INLINE void AddEvidence(const Evidence& evidence, const BlockBits& free, const BlockBits& crossed,
+                            const BlockBits& hit, Block& block) {
+  const LogOddsTag d;
+  const auto zero = hn::Zero(d);
+  const auto one = hn::Set(d, LogOdds{1}), minus_one = hn::Set(d, LogOdds{-1});
+  const auto hit_steps = hn::Set(d, evidence.hit), miss_steps = hn::Set(d, evidence.miss);
+  const auto lowest = hn::Set(d, evidence.lowest), highest = hn::Set(d, evidence.highest);
+  for (int z = 0; z < kBlockEdge; ++z) {
+    if ((free.word[z] | hit.word[z]) == 0) continue;
+    LogOdds* slice = block.voxels + z * kBlockEdge * kBlockEdge;
+    const auto* free_bits = reinterpret_cast<const std::uint8_t*>(&free.word[z]);
+    const auto* crossed_bits = reinterpret_cast<const std::uint8_t*>(&crossed.word[z]);
+    const auto* hit_bits = reinterpret_cast<const std::uint8_t*>(&hit.word[z]);
+    for (int i = 0; i < kBlockEdge * kBlockEdge; i += static_cast<int>(hn::Lanes(d))) {
+      const auto is_free = hn::LoadMaskBits(d, free_bits + i / 8);
+      const auto is_crossed = hn::LoadMaskBits(d, crossed_bits + i / 8);
+      const auto is_hit = hn::LoadMaskBits(d, hit_bits + i / 8);
+      const auto value = hn::Load(d, slice + i);
+      const auto is_cleared = hn::And(is_free, hn::Or(is_crossed, hn::Not(value > zero)));
+      const auto steps = hn::IfThenElse(is_hit, hit_steps, hn::IfThenElseZero(is_cleared, miss_steps));
+      const auto sum = hn::Min(hn::Max(hn::SaturatedAdd(value, steps), lowest), highest);
+      // What cancels exactly keeps the sign of the new evidence.
+      const auto sign = hn::IfThenElse(is_hit, one, hn::IfThenElseZero(is_cleared, minus_one));
+      hn::Store(hn::IfThenElse(sum == zero, sign, sum), d, slice + i);
+    }
+  }
+}
+
+/// Applies what one scan says about one block. Free space stays coarse: an unknown block that is free throughout becomes
+/// one value, a free one is updated as a whole when at least half of it is seen again, and left alone otherwise. A block
+/// without hits that has become free throughout returns to the pool.
+/// @param free  without the voxels that were hit
+/// @return number of voxels that a full pool declined
+HWY_INLINE std::size_t ApplyToPlace(const Evidence& evidence, const BlockBits& free, const BlockBits& crossed,
+                                    const BlockBits& hit, VoxelPools& pools, Volume& volume, Chunk& chunk,
+                                    std::uint32_t& place) {
+  int num_free = 0;
+  for (const std::uint64_t word : free.word) num_free += std::popcount(word);
+  const bool has_hits = hit.any();
+  if (!has_hits && num_free == 0) return 0;
+  if (!has_hits && !Volume::has_block(place)) {
+    const LogOdds value = Volume::uniform_value(place);
+    if (value < 0 || (value == kUnknownLogOdds && num_free == kBlockVoxels)) {
+      if (num_free >= kBlockVoxels / 2) {
+        volume.set_uniform(pools, chunk, place,
+                           add_log_odds(value, evidence.miss, evidence.lowest, evidence.highest));
+      }
+      return 0;
+    }
+  }
+  Block* block = volume.make_block(pools, chunk, place);
+  if (block == nullptr) {
+    for (const std::uint64_t word : hit.word) num_free += std::popcount(word);
+    return static_cast<std::size_t>(num_free);
+  }
+  AddEvidence(evidence, free, crossed, hit, *block);
+  if (!has_hits && HighestIn(*block) < 0) volume.settle_block(pools, chunk, place);
+  return 0;
+}
+
+}  // namespace cloister::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,554 @@
+#include "mapping/integrate/projective.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "mapping/integrate/projective.cpp"
+#include <hwy/foreach_target.h>  // IWYU pragma: keep
+#include <hwy/highway.h>
+
+#include "mapping/integrate/block_update-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace cloister::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr int kRootEdge = 512;  // voxels
+constexpr int kOctantEdge = 4;
+constexpr int kChunkVoxels = kBlockEdge * kChunkEdge;
+constexpr float kHalfDiagonal = 0.8660254f;  // of a cube of edge 1
+// Angles that rounding may be wrong by, in columns or rows.
+constexpr float kAngleSlack = 0.01f;
+
+/// Eight nodes at once, children of one.
+using Lanes8 = hn::CappedTag<float, 8>;
+using Ints8 = hn::RebindToSigned<Lanes8>;
+
+/// How eight sibling nodes look from the sensor. Gradients are per voxel along S's axes.
+struct NodeViews {
+  HWY_ALIGN float column[8], row[8], distance_m[8];
+  HWY_ALIGN float column_step[3][8], row_step[3][8], distance_step[3][8];
+  unsigned free = 0;   ///< bit i: child i is free throughout
+  unsigned mixed = 0;  ///< bit i: child i must be divided
+};
+
+/// Which pose a node is projected with, and how much of the scan's motion happened while its beams were fired.
+struct NodePose {
+  const RangeImage::ColumnPose* pose;
+  float share;
+};
+
+/// Arc tangent of y / x in all four quadrants, to 1e-5 rad (Abramowitz and Stegun, 4.4.47).
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Azimuth(D d, V y, V x) {
+  const V abs_x = hn::Abs(x), abs_y = hn::Abs(y);
+  const V quotient = hn::Min(abs_x, abs_y) / hn::Max(hn::Max(abs_x, abs_y), hn::Set(d, 1e-20f));
+  const V s = quotient * quotient;
+  V angle = hn::Set(d, 0.0208351f) * s - hn::Set(d, 0.0851330f);
+  angle = angle * s + hn::Set(d, 0.1801410f);
+  angle = angle * s - hn::Set(d, 0.3302995f);
+  angle = (angle * s + hn::Set(d, 0.9998660f)) * quotient;
+  angle = hn::IfThenElse(abs_y > abs_x, hn::Set(d, 1.57079633f) - angle, angle);
+  angle = hn::IfThenElse(x < hn::Zero(d), hn::Set(d, 3.14159265f) - angle, angle);
+  return hn::CopySign(angle, y);
+}
+
+class Carver {
+ public:
+  explicit Carver(const ProjectiveJob& job)
+      : image_(job.image),
+        projection_(*job.image.projection),
+        evidence_(job.evidence),
+        marks_(job.marks),
+        pools_(job.pools),
+        volume_(job.volume),
+        voxel_m_(static_cast<float>(job.voxel_size_m)),
+        max_range_m_(static_cast<float>(job.max_range_m)),
+        last_row_(static_cast<float>(projection_.num_rows() - 1)),
+        columns_per_rad_(std::abs(projection_.columns_per_rad)),
+        column_mask_(projection_.num_columns - 1) {
+    // The seam matters where a beam's share of it is larger than the columns' spacing, or than a tenth of a voxel.
+    has_seam_ = image_.turned_rad * columns_per_rad_ > 0.25f || image_.moved_m > 0.1f * voxel_m_;
+  }
+
+  ProjectiveResult Run() {
+    const Eigen::Vector3f sensor_S = image_.poses[projection_.num_columns / 2].t_S;
+    const float reach_m = max_range_m_ + image_.moved_m;
+    VoxelCoord low, high;
+    for (int a = 0; a < 3; ++a) {
+      low[a] = static_cast<int>(std::floor((sensor_S[a] - reach_m) / voxel_m_)) & ~(kRootEdge - 1);
+      high[a] = static_cast<int>(std::floor((sensor_S[a] + reach_m) / voxel_m_));
+    }
+    for (int z = low.z(); z <= high.z(); z += kRootEdge) {
+      for (int y = low.y(); y <= high.y(); y += kRootEdge) {
+        for (int x = low.x(); x <= high.x(); x += kRootEdge) Divide({x, y, z}, kRootEdge);
+      }
+    }
+    return result_;
+  }
+
+ private:
+  // ---- Projection ----
+
+  /// A point of S as the projection sees it from a pose.
+  struct PointView {
+    float column;      ///< 0 .. num_columns
+    float axis_m;      ///< distance from the sensor's axis
+    float distance_m;  ///< from the sensor
+  };
+  PointView View(const Eigen::Vector3f& p_S, const RangeImage::ColumnPose& pose) const {
+    const Eigen::Vector3f p = p_S - pose.t_S;
+    const auto along = [&](int i) { return pose.R_L_S[i][0] * p.x() + pose.R_L_S[i][1] * p.y() + pose.R_L_S[i][2] * p.z(); };
+    const hn::CappedTag<float, 1> d;
+    const float x = along(0), y = along(1);
+    const float azimuth = hn::GetLane(Azimuth(d, hn::Set(d, y), hn::Set(d, x)));
+    float column = (azimuth - projection_.azimuth0_rad) * projection_.columns_per_rad;
+    const float columns = static_cast<float>(projection_.num_columns);
+    column -= columns * std::floor(column / columns);
+    return {column, std::sqrt(x * x + y * y), p.norm()};
+  }
+
+  const RangeImage::ColumnPose& PoseAt(float column) const {
+    return image_.poses[static_cast<int>(column) & column_mask_];
+  }
+
+  /// The pose of the column that looks at a node's middle, found by looking twice: the first look is from the middle of
+  /// the scan.
+  NodePose ChoosePose(const VoxelCoord& corner, int edge) const {
+    const float half_edge = 0.5f * static_cast<float>(edge);
+    const Eigen::Vector3f middle_S = (corner.cast<float>().array() + half_edge) * voxel_m_;
+    const RangeImage::ColumnPose* pose = &image_.poses[projection_.num_columns / 2];
+    if (!has_seam_) return {pose, 0};
+    const float radius_m = 2 * kHalfDiagonal * half_edge * voxel_m_;
+    PointView view = View(middle_S, *pose);
+    if (view.axis_m < 2 * radius_m) return {pose, 1};
+    pose = &PoseAt(view.column);
+    view = View(middle_S, *pose);
+    pose = &PoseAt(view.column);
+    const float reach = radius_m / (view.axis_m - radius_m) * columns_per_rad_;
+    if (OverSeam(view.column, reach)) return {pose, 1};
+    return {pose, std::min(1.0f, 4 * reach / static_cast<float>(projection_.num_columns))};
+  }
+
+  bool OverSeam(float column, float reach) const {
+    const float zone = reach + static_cast<float>(projection_.max_shift + 1) +
+                       (image_.turned_rad + image_.moved_m) * columns_per_rad_;
+    return column < zone || column > static_cast<float>(projection_.num_columns) - zone;
+  }
+
+  /// Fractional row by the sine of the elevation.
+  template <class V>
+  HWY_INLINE V RowAt(V sine, V* slope) const {
+    const Lanes8 d;
+    const Ints8 di;
+    constexpr float kSteps = SphericalProjection::kSineSteps;
+    const V place = hn::Min(hn::Max((sine + hn::Set(d, 1.0f)) * hn::Set(d, 0.5f * kSteps), hn::Zero(d)),
+                            hn::Set(d, kSteps));
+    const auto index = hn::ConvertTo(di, place);
+    const V lower = hn::GatherIndex(d, projection_.row_of_sine.data(), index);
+    const V upper = hn::GatherIndex(d, projection_.row_of_sine.data() + 1, index);
+    const V rise = upper - lower;
+    if (slope != nullptr) *slope = rise * hn::Set(d, 0.5f * kSteps);
+    return lower + rise * (place - hn::ConvertTo(d, index));
+  }
+
+  /// Projects the eight children of a node and holds them against the image's bounds.
+  void ViewChildren(const VoxelCoord& corner, int child_edge, const NodePose& from, NodeViews& views) const {
+    const Lanes8 d;
+    const Ints8 di;
+    using V = hn::Vec<Lanes8>;
+    using VI = hn::Vec<Ints8>;
+    const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+    const RangeImage::ColumnPose& pose = *from.pose;
+    const float edge_m = static_cast<float>(child_edge) * voxel_m_;
+    const Eigen::Vector3f first_m =
+        (corner.cast<float>().array() + 0.5f * static_cast<float>(child_edge)).matrix() * voxel_m_ - pose.t_S;
+    // Half the distance between the outermost voxel centres: what lies beyond them is not asked.
+    const float half_m = 0.5f * static_cast<float>(child_edge - 1) * voxel_m_;
+    const V half = hn::Set(d, half_m), radius = hn::Set(d, 2 * kHalfDiagonal * half_m);
+    const V turned = hn::Set(d, from.share * image_.turned_rad), moved = hn::Set(d, from.share * image_.moved_m);
+    HWY_ALIGN static constexpr float kX[8] = {0, 1, 0, 1, 0, 1, 0, 1};
+    HWY_ALIGN static constexpr float kY[8] = {0, 0, 1, 1, 0, 0, 1, 1};
+    HWY_ALIGN static constexpr float kZ[8] = {0, 0, 0, 0, 1, 1, 1, 1};
+    views.free = views.mixed = 0;
+    for (int lane = 0; lane < 8; lane += static_cast<int>(hn::Lanes(d))) {
+      const V px = hn::Load(d, kX + lane) * hn::Set(d, edge_m) + hn::Set(d, first_m.x());
+      const V py = hn::Load(d, kY + lane) * hn::Set(d, edge_m) + hn::Set(d, first_m.y());
+      const V pz = hn::Load(d, kZ + lane) * hn::Set(d, edge_m) + hn::Set(d, first_m.z());
+      const auto rotate = [&](int i) HWY_ATTR {
+        return hn::Set(d, pose.R_L_S[i][0]) * px + hn::Set(d, pose.R_L_S[i][1]) * py +
+               hn::Set(d, pose.R_L_S[i][2]) * pz;
+      };
+      const V x = rotate(0), y = rotate(1), z = rotate(2) - hn::Set(d, projection_.ring_height_m);
+      const V axis = hn::Max(hn::Sqrt(x * x + y * y), hn::Set(d, 1e-3f));
+      const V rho = axis - hn::Set(d, projection_.ring_radius_m);
+      const V distance = hn::Max(hn::Sqrt(rho * rho + z * z), hn::Set(d, 1e-3f));
+      const V per_axis = one / axis, per_distance = one / distance;
+      const V cos_around = x * per_axis, sin_around = y * per_axis;
+      const V cos_up = rho * per_distance, sin_up = z * per_distance;
+
+      // Directions of rising distance, azimuth and elevation, along S's axes.
+      V away[3], around[3], up[3];
+      V away_norm = zero, around_norm = zero, up_norm = zero;
+      for (int i = 0; i < 3; ++i) {
+        const V rx = hn::Set(d, pose.R_L_S[0][i]), ry = hn::Set(d, pose.R_L_S[1][i]), rz = hn::Set(d, pose.R_L_S[2][i]);
+        const V level = rx * cos_around + ry * sin_around;
+        away[i] = level * cos_up + rz * sin_up;
+        around[i] = ry * cos_around - rx * sin_around;
+        up[i] = rz * cos_up - level * sin_up;
+        away_norm = away_norm + hn::Abs(away[i]);
+        around_norm = around_norm + hn::Abs(around[i]);
+        up_norm = up_norm + hn::Abs(up[i]);
+      }
+      V row_slope;
+      const V row = RowAt(sin_up, &row_slope);
+      const V per_rad = hn::Set(d, projection_.columns_per_rad);
+      const V column = (Azimuth(d, y, x) - hn::Set(d, projection_.azimuth0_rad)) * per_rad;
+      hn::Store(column, d, views.column + lane);
+      hn::Store(row, d, views.row + lane);
+      hn::Store(distance, d, views.distance_m + lane);
+      const V voxel = hn::Set(d, voxel_m_);
+      const V column_scale = voxel * per_axis * per_rad;
+      const V row_scale = voxel * per_distance * row_slope * hn::Abs(cos_up);
+      for (int i = 0; i < 3; ++i) {
+        hn::Store(around[i] * column_scale, d, views.column_step[i] + lane);
+        hn::Store(up[i] * row_scale, d, views.row_step[i] + lane);
+        hn::Store(away[i] * voxel, d, views.distance_step[i] + lane);
+      }
+
+      // Bounds of the node in the image. Too near, its width is no angle any more.
+      const V near_axis = radius * per_axis, near = radius * per_distance;
+      const V half_limit = hn::Set(d, 0.5f);
+      const auto is_near = hn::Or(near_axis > half_limit, near > half_limit);
+      const V drift = turned + moved * per_axis;
+      const V slack = hn::Set(d, kAngleSlack);
+      const V width = (half * around_norm * per_axis / (one - hn::Min(near_axis, half_limit)) + drift) *
+                          hn::Set(d, columns_per_rad_) + slack;
+      const V height = half * up_norm * per_distance * hn::Abs(cos_up) / (one - hn::Min(near, half_limit)) +
+                       near * near + drift;
+      const V nearest = distance - half * away_norm - moved;
+      const V furthest = distance + half * away_norm + hn::Set(d, 0.5f) * radius * radius * per_distance + moved;
+
+      const V top = hn::Floor(RowAt<V>(sin_up + height, nullptr) - slack);
+      const V bottom = hn::Ceil(RowAt<V>(sin_up - height, nullptr) + slack);
+      const V left = hn::Floor(column - width), right = hn::Ceil(column + width);
+      const V last_row = hn::Set(d, last_row_);
+      const auto is_outside = hn::Or(bottom < zero, top > last_row);
+      const auto is_inside = hn::And(top >= zero, bottom <= last_row);
+      const VI row0 = hn::ConvertTo(di, hn::Min(hn::Max(top, zero), last_row));
+      const VI row1 = hn::ConvertTo(di, hn::Min(hn::Max(bottom, zero), last_row));
+      const VI column0 = hn::ConvertTo(di, left), column1 = hn::ConvertTo(di, right);
+
+      // The level at which the rectangle lies within 2 x 2 cells: cells at least as long as its sides.
+      const V rows = hn::ConvertTo(d, row1 - row0);
+      const V columns = (right - left) * hn::Set(d, 1.0f / static_cast<float>(1 << projection_.squaring));
+      const V side = hn::Max(hn::Max(rows, hn::Ceil(columns)) - one, zero);
+      // ceil(log2(side + 1)) by the exponent of a float: exact for whole numbers below 2^24.
+      const VI exponent = hn::ShiftRight<23>(hn::BitCast(di, side)) - hn::Set(di, 126);
+      const VI level = hn::Max(exponent, hn::Zero(di));
+      const auto is_wide = hn::RebindMask(d, level > hn::Set(di, image_.num_levels - 1));
+      const VI cell_level = hn::Min(level, hn::Set(di, image_.num_levels - 1));
+      HWY_ALIGN std::int32_t levels[8], tops[8], bottoms[8], lefts[8], rights[8];
+      hn::Store(cell_level, di, levels);
+      hn::Store(row0, di, tops);
+      hn::Store(row1, di, bottoms);
+      hn::Store(column0, di, lefts);
+      hn::Store(column1, di, rights);
+      HWY_ALIGN float least[8], most[8];
+      for (std::size_t i = 0; i < hn::Lanes(d); ++i) {
+        const int k = levels[i];
+        const int shift = k + projection_.squaring;
+        const int cells = projection_.num_columns >> shift;
+        const RangeImage::Bounds* cell = image_.pyramid.data() + image_.level_begin[k];
+        const RangeImage::Bounds* upper = cell + (tops[i] >> k) * cells;
+        const RangeImage::Bounds* lower = cell + (bottoms[i] >> k) * cells;
+        const int c0 = (lefts[i] >> shift) & (cells - 1), c1 = (rights[i] >> shift) & (cells - 1);
+        const auto &a = upper[c0], &b = upper[c1], &e = lower[c0], &f = lower[c1];
+        least[i] = std::min(std::min(a.least, b.least), std::min(e.least, f.least));
+        most[i] = std::max(std::max(a.most, b.most), std::max(e.most, f.most));
+      }
+      const V unit = hn::Set(d, image_.unit_m);
+      const V least_m = hn::Load(d, least) * unit, most_m = hn::Load(d, most) * unit;
+
+      const auto is_unbounded = hn::Or(is_near, is_wide);
+      const auto is_unseen = hn::Or(nearest > hn::Set(d, max_range_m_),
+                                    hn::AndNot(is_unbounded, hn::Or(is_outside, most_m < nearest)));
+      const auto is_free = hn::AndNot(is_unbounded, hn::And(is_inside, least_m >= furthest));
+      views.free |= Bits(d, hn::AndNot(is_unseen, is_free)) << lane;
+      views.mixed |= Bits(d, hn::Not(hn::Or(is_unseen, is_free))) << lane;
+    }
+  }
+
+  template <class D, class M>
+  static HWY_INLINE unsigned Bits(D d, M mask) {
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(d, mask, bytes);
+    return bytes[0];
+  }
+
+  // ---- From coarse to fine ----
+
+  static VoxelCoord ChildCorner(const VoxelCoord& corner, int edge, int child) {
+    return corner + VoxelCoord((child & 1) * edge, ((child >> 1) & 1) * edge, (child >> 2) * edge);
+  }
+
+  void Divide(const VoxelCoord& corner, int edge) {
+    if (edge == kChunkVoxels) EnterChunk(corner);
+    const int child_edge = edge / 2;
+    NodeViews views;
+    ViewChildren(corner, child_edge, ChoosePose(corner, edge), views);
+    result_.nodes_tested += 8;
+    for (unsigned rest = views.free | views.mixed; rest != 0; rest &= rest - 1) {
+      const int child = std::countr_zero(rest);
+      const VoxelCoord child_corner = ChildCorner(corner, child_edge, child);
+      if ((views.free >> child) & 1) {
+        Free(child_corner, child_edge);
+      } else if (child_edge == kBlockEdge) {
+        LookInto(child_corner, false);
+      } else {
+        Divide(child_corner, child_edge);
+      }
+    }
+  }
+
+  /// Whatever follows concerns the chunk with this corner, until another is entered.
+  void EnterChunk(const VoxelCoord& corner) {
+    chunk_coord_ = parent_coord(parent_coord(corner));
+    const PoolIndex index = volume_.find_chunk(pools_.store, chunk_coord_);
+    chunk_ = index == kNoIndex ? nullptr : &pools_.store.chunk(index);
+    slots_ = marks_.find_chunk(chunk_coord_);
+  }
+
+  bool MakeChunk() {
+    if (chunk_ != nullptr) return true;
+    if (volume_.make_place(pools_, chunk_coord_ * kChunkEdge, &chunk_) != nullptr) return true;
+    chunk_ = nullptr;
+    return false;
+  }
+
+  /// A node that is free throughout.
+  void Free(const VoxelCoord& corner, int edge) {
+    if (edge > kChunkVoxels) {
+      for (int child = 0; child < 8; ++child) Free(ChildCorner(corner, edge / 2, child), edge / 2);
+      return;
+    }
+    if (edge == kChunkVoxels) EnterChunk(corner);
+    const int blocks = edge / kBlockEdge;
+    if (!MakeChunk()) {
+      result_.voxels_declined += static_cast<std::size_t>(blocks) * blocks * blocks * kBlockVoxels;
+      return;
+    }
+    const BlockCoord first = parent_coord(corner);
+    for (int z = 0; z < blocks; ++z) {
+      for (int y = 0; y < blocks; ++y) {
+        for (int x = 0; x < blocks; ++x) FreeBlock(first + BlockCoord(x, y, z));
+      }
+    }
+  }
+
+  void FreeBlock(const BlockCoord& coord) {
+    const int index = index_in_block(coord);
+    std::uint32_t& place = chunk_->places[index];
+    ++result_.blocks_free;
+    if (slots_ != nullptr && slots_[index] != 0) {
+      LookInto(coord * kBlockEdge, true);
+      return;
+    }
+    if (!Volume::has_block(place)) {
+      const LogOdds value = Volume::uniform_value(place);
+      if (value <= 0) {
+        if (value != evidence_.lowest) {
+          volume_.set_uniform(pools_, *chunk_, place,
+                              add_log_odds(value, evidence_.miss, evidence_.lowest, evidence_.highest));
+        }
+        return;
+      }
+    } else {
+      Block& block = pools_.store.block(Volume::block_index(place));
+      if (HighestIn(block) <= 0) {
+        AddEvidence(evidence_, kAll, kAll, kNone, block);
+        volume_.settle_block(pools_, *chunk_, place);
+        return;
+      }
+    }
+    // Something stands there that only beams which cross it may clear.
+    LookInto(coord * kBlockEdge, true);
+  }
+
+  /// A block that is to be decided voxel by voxel. @param is_free  all of its voxels are known to be seen through; what
+  /// remains to be found out is which of them beams have crossed
+  void LookInto(const VoxelCoord& corner, bool is_free) {
+    const int index = index_in_block(parent_coord(corner));
+    ScanMarks::Marked* marked = slots_ != nullptr && slots_[index] != 0 ? &marks_.in_slot(slots_[index]) : nullptr;
+    // Free already, and nothing was hit: part of it seen again changes nothing.
+    const std::uint32_t place = chunk_ != nullptr ? chunk_->places[index] : 0;
+    if (marked == nullptr && !is_free && !Volume::has_block(place) && Volume::uniform_value(place) < 0) return;
+    ++result_.blocks_mixed;
+
+    BlockBits free = is_free ? kAll : kNone, crossed = kNone;
+    const NodePose from = ChoosePose(corner, kBlockEdge);
+    if (from.share < 1) {
+      LookUpOctants(corner, {from.pose, 0}, 0, projection_.num_columns, false, free, crossed);
+    } else {
+      const int half = projection_.num_columns / 2;
+      LookUpOctants(corner, {&image_.poses.front(), 0}, 0, half, true, free, crossed);
+      LookUpOctants(corner, {&image_.poses.back(), 0}, half, 2 * half, true, free, crossed);
+    }
+    const BlockBits& hit = marked != nullptr ? marked->hit : kNone;
+    for (int z = 0; z < kBlockEdge; ++z) free.word[z] &= ~hit.word[z];
+    if (marked != nullptr) marked->is_applied = true;
+    if (marked == nullptr && !free.any()) return;
+    if (!MakeChunk()) {
+      result_.voxels_declined += kBlockVoxels;
+      return;
+    }
+    result_.voxels_declined +=
+        ApplyToPlace(evidence_, free, crossed, hit, pools_, volume_, *chunk_, chunk_->places[index]);
+  }
+
+  /// Looks up a block with one pose, as far as it lies in columns [first_column, end_column).
+  void LookUpOctants(const VoxelCoord& corner, const NodePose& from, int first_column, int end_column, bool is_seam,
+                     BlockBits& free, BlockBits& crossed) const {
+    NodeViews views;
+    ViewChildren(corner, kOctantEdge, from, views);
+    // What is decided for octants is right for one pose only; where two meet, each voxel is asked.
+    const unsigned ask = is_seam ? views.free | views.mixed : views.mixed;
+    for (int child = 0; child < 8; ++child) {
+      const VoxelCoord local = ChildCorner(VoxelCoord::Zero(), kOctantEdge, child);
+      const bool is_free = !is_seam && ((views.free >> child) & 1);
+      if (is_free) {
+        for (int z = 0; z < kOctantEdge; ++z) {
+          free.word[local.z() + z] |= std::uint64_t{0x0f0f0f0f} << (local.x() + 8 * local.y());
+        }
+      }
+      if (is_free || ((ask >> child) & 1)) {
+        LookUpVoxels(views, child, local, first_column, end_column, is_seam, free, crossed);
+      }
+    }
+  }
+
+  /// Looks up the 64 voxels of an octant, the projection linear around its middle.
+  void LookUpVoxels(const NodeViews& views, int child, const VoxelCoord& local, int first_column, int end_column,
+                    bool is_seam, BlockBits& free, BlockBits& crossed) const {
+    const hn::CappedTag<float, 16> d;
+    const hn::RebindToSigned<decltype(d)> di;
+    using V = hn::Vec<decltype(d)>;
+    HWY_ALIGN static constexpr float kX[16] = {-1.5f, -0.5f, 0.5f, 1.5f, -1.5f, -0.5f, 0.5f, 1.5f,
+                                               -1.5f, -0.5f, 0.5f, 1.5f, -1.5f, -0.5f, 0.5f, 1.5f};
+    HWY_ALIGN static constexpr float kY[16] = {-1.5f, -1.5f, -1.5f, -1.5f, -0.5f, -0.5f, -0.5f, -0.5f,
+                                               0.5f,  0.5f,  0.5f,  0.5f,  1.5f,  1.5f,  1.5f,  1.5f};
+    const V zero = hn::Zero(d), half = hn::Set(d, 0.5f), last_row = hn::Set(d, last_row_);
+    // Half a voxel, in columns and rows of the image.
+    const auto width = [&](const float (&step)[3][8]) {
+      return 0.5f * std::sqrt(step[0][child] * step[0][child] + step[1][child] * step[1][child] +
+                              step[2][child] * step[2][child]);
+    };
+    const float half_column = width(views.column_step), half_row = width(views.row_step);
+    const bool is_dense = half_column >= 0.5f && half_row >= 0.5f;
+    const V column_reach = hn::Set(d, half_column), row_reach = hn::Set(d, half_row);
+    const auto mask = hn::Set(di, column_mask_), stride = hn::Set(di, image_.stride);
+    const auto before = hn::Set(di, first_column - 1), end = hn::Set(di, end_column);
+    for (int z = 0; z < kOctantEdge; ++z) {
+      const float dz = static_cast<float>(z) - 1.5f;
+      std::uint64_t free_bits = 0, crossed_bits = 0;
+      for (int lane = 0; lane < 16; lane += static_cast<int>(hn::Lanes(d))) {
+        const V dx = hn::Load(d, kX + lane), dy = hn::Load(d, kY + lane);
+        const auto at = [&](const float (&middle)[8], const float (&step)[3][8]) HWY_ATTR {
+          return hn::Set(d, middle[child] + step[2][child] * dz) + hn::Set(d, step[0][child]) * dx +
+                 hn::Set(d, step[1][child]) * dy;
+        };
+        const V column = at(views.column, views.column_step), row = at(views.row, views.row_step);
+        const V distance = at(views.distance_m, views.distance_step);
+
+        const V beam_row = hn::Round(row), beam_column = hn::Round(column);
+        const auto in_rows = hn::And(beam_row >= zero, beam_row <= last_row);
+        const auto column_index = hn::ConvertTo(di, beam_column) & mask;
+        const auto row_index = hn::ConvertTo(di, hn::Min(hn::Max(beam_row, zero), last_row));
+        const V proven = hn::GatherIndex(d, image_.free_m.data(), row_index * stride + column_index);
+        auto is_crossed = hn::And(in_rows, hn::And(hn::Abs(row - beam_row) <= row_reach,
+                                                   hn::Abs(column - beam_column) <= column_reach));
+        auto is_in_window = hn::RebindMask(d, hn::And(column_index > before, column_index < end));
+        if (is_seam) {
+          // A pixel that was fired at the other end of the scan belongs to the other pose.
+          const auto is_other = proven < zero;
+          is_in_window = hn::Xor(is_in_window, is_other);
+          is_crossed = hn::And(hn::And(is_crossed, is_in_window), hn::Abs(proven) >= distance);
+        } else {
+          is_crossed = hn::And(is_crossed, proven >= distance);
+        }
+        auto is_free = is_crossed;
+        if (!is_dense) {
+          const V gap_row = hn::Floor(row);
+          const auto gap_in_rows = hn::And(gap_row >= zero, gap_row < last_row);
+          const auto gap_row_index = hn::ConvertTo(di, hn::Min(hn::Max(gap_row, zero), last_row - half - half));
+          const auto gap_column = hn::ConvertTo(di, hn::Floor(column)) & mask;
+          const V gap = hn::GatherIndex(d, image_.gap_free_m.data(), gap_row_index * stride + gap_column);
+          auto is_filled = hn::And(gap_in_rows, gap >= distance);
+          if (is_seam) {
+            is_filled = hn::And(is_filled, hn::RebindMask(d, hn::And(gap_column > before, gap_column < end)));
+          }
+          is_free = hn::Or(is_free, is_filled);
+        }
+        free_bits |= std::uint64_t{Bits16(d, is_free)} << lane;
+        crossed_bits |= std::uint64_t{Bits16(d, is_crossed)} << lane;
+      }
+      const int shift = local.x() + 8 * local.y();
+      free.word[local.z() + z] |= Spread(free_bits) << shift;
+      crossed.word[local.z() + z] |= Spread(crossed_bits) << shift;
+    }
+  }
+
+  template <class D, class M>
+  static HWY_INLINE unsigned Bits16(D d, M mask) {
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(d, mask, bytes);
+    return bytes[0] | (unsigned{bytes[1]} << 8);
+  }
+
+  /// Four rows of four bits, as rows of eight.
+  static std::uint64_t Spread(std::uint64_t bits) {
+    return (bits & 0xf) | ((bits & 0xf0) << 4) | ((bits & 0xf00) << 8) | ((bits & 0xf000) << 12);
+  }
+
+  static constexpr std::uint64_t kFull = ~std::uint64_t{0};
+  static constexpr BlockBits kAll{{kFull, kFull, kFull, kFull, kFull, kFull, kFull, kFull, 0}};
+  static constexpr BlockBits kNone{};
+
+  const RangeImage& image_;
+  const SphericalProjection& projection_;
+  const Evidence& evidence_;
+  ScanMarks& marks_;
+  VoxelPools& pools_;
+  Volume& volume_;
+  float voxel_m_;
+  float max_range_m_;
+  float last_row_;
+  float columns_per_rad_;  ///< without its sign
+  int column_mask_;
+  bool has_seam_ = false;
+
+  ChunkCoord chunk_coord_ = ChunkCoord::Zero();
+  Chunk* chunk_ = nullptr;
+  const ScanMarks::Slot* slots_ = nullptr;
+  ProjectiveResult result_;
+};
+
+ProjectiveResult IntegrateProjective(const ProjectiveJob& job) { return Carver(job).Run(); }
+
+}  // namespace cloister::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace cloister {
+
+HWY_EXPORT(IntegrateProjective);
+
+ProjectiveResult integrate_projective(const ProjectiveJob& job) {
+  return HWY_DYNAMIC_DISPATCH(IntegrateProjective)(job);
+}
+
+}  // namespace cloister
+#endif
