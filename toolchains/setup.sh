@@ -24,6 +24,7 @@ libopenvdb-dev     # export to .vdb
 libimath-dev       # half floats in OpenVDB's headers
 libembree-dev      # rays of the simulator, distances of the ground-truth tool
 doctest-dev        # unit tests
+libbenchmark-dev   # harness of the kernel benchmarks
 clang              # libFuzzer targets
 libclang-rt-14-dev # libFuzzer's and the sanitizers' runtimes for it
 LIST

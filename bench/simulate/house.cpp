@@ -5,6 +5,7 @@
 
 #include "bench/simulate/building.hpp"
 #include "bench/simulate/furniture.hpp"
+#include "bench/simulate/path_writer.hpp"
 #include "bench/simulate/random_stream.hpp"
 
 namespace cloister {
@@ -137,35 +138,6 @@ std::vector<Room> list_rooms() {
   return rooms;
 }
 
-/// Collects waypoints by where the feet are.
-class PathWriter {
- public:
-  explicit PathWriter(RandomStream* random) : random_(random) {}
-
-  void set_floor(double z) { floor_z_ = z; }
-  void exact(double x, double y) { path_.push_back({{x, y, floor_z_ + kSensorHeight}, 0.0}); }
-  /// A place inside a room: nobody walks the same line twice.
-  void around(double x, double y, double pause_s = 0.0) {
-    const double dx = random_->uniform(-0.18, 0.18);
-    const double dy = random_->uniform(-0.18, 0.18);
-    path_.push_back({{x + dx, y + dy, floor_z_ + kSensorHeight}, pause_s});
-  }
-  /// Straight through a doorway of a wall that runs along y (at x) or along x (at y); `sign` is the
-  /// way walked.
-  void through_wall_at_x(double x, double y, double sign) {
-    for (const double offset : {-0.6, 0.0, 0.6}) exact(x + sign * offset, y);
-  }
-  void through_wall_at_y(double x, double y, double sign) {
-    for (const double offset : {-0.6, 0.0, 0.6}) exact(x, y + sign * offset);
-  }
-  [[nodiscard]] std::vector<Waypoint> take() { return std::move(path_); }
-
- private:
-  RandomStream* random_;
-  double floor_z_ = 0.0;
-  std::vector<Waypoint> path_;
-};
-
 void walk_ground_floor(const Doors& doors, PathWriter* path) {
   path->set_floor(0.0);
   path->exact(5.75, doors.kitchen - 0.1);
@@ -232,7 +204,7 @@ void descend(PathWriter* path) {
 }
 
 std::vector<Waypoint> walk_two_laps(const Doors& doors, RandomStream* random) {
-  PathWriter path(random);
+  PathWriter path(kSensorHeight, random);
   path.exact(6.6, 1.4);
   for (int lap = 0; lap < 2; ++lap) {
     walk_ground_floor(doors, &path);
@@ -242,17 +214,6 @@ std::vector<Waypoint> walk_two_laps(const Doors& doors, RandomStream* random) {
   }
   path.exact(6.2, 1.4);
   return path.take();
-}
-
-std::vector<Eigen::Vector3d> densify(const std::vector<Waypoint>& path) {
-  std::vector<Eigen::Vector3d> points;
-  for (std::size_t k = 1; k < path.size(); ++k) {
-    const Eigen::Vector3d a = path[k - 1].position_W;
-    const Eigen::Vector3d b = path[k].position_W;
-    const int count = std::max(1, static_cast<int>((b - a).norm() / 0.05));
-    for (int n = 0; n <= count; ++n) points.push_back(a + (b - a) * n / count);
-  }
-  return points;
 }
 
 std::vector<Piece> pieces_for(const Room& room) {

@@ -24,7 +24,7 @@ static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler
 struct CommandLine {
   std::string world;
   std::string path_file;
-  std::string sensor = "os0-64";
+  std::string sensor;  ///< empty: the world's own
   WalkConfig walk;
   MissionOptions mission;
   int rate_hz = 10;
@@ -35,8 +35,10 @@ struct CommandLine {
 };
 
 void declare(CommandLine* line, CLI::App* app) {
+  std::string names;
+  for (const std::string& name : world_names()) names += name + ", ";
   app->add_option("WORLD", line->world,
-                  "house, or a triangle mesh (.ply) to walk through along --path")
+                  names + "or a triangle mesh (.ply) to walk through along --path")
       ->required();
   app->add_option("--out", line->mission.out, "directory of the mission to write")->required();
   app->add_option(
@@ -47,7 +49,7 @@ void declare(CommandLine* line, CLI::App* app) {
   app->add_option("--minutes", line->mission.max_minutes,
                   "end the mission there (default: at the end of the path)")
       ->check(CLI::PositiveNumber);
-  app->add_option("--sensor", line->sensor, "os0-64 or os1-64")->capture_default_str();
+  app->add_option("--sensor", line->sensor, "os0-64 or os1-64 (default: the world's own)");
   app->add_option("--rate", line->rate_hz, "revolutions per second")
       ->check(CLI::IsMember({10, 20}))
       ->capture_default_str();
@@ -95,7 +97,9 @@ Result<World> load_world(const CommandLine& line) {
 }
 
 Result<MissionSummary> simulate(CommandLine line) {
-  auto sensor = make_sensor(line.sensor);
+  const auto world = load_world(line);
+  if (!world) return tl::unexpected(world.error());
+  auto sensor = make_sensor(line.sensor.empty() ? world->sensor : line.sensor);
   if (!sensor) return tl::unexpected(sensor.error());
   if (line.columns == 2048 && line.rate_hz == 20) {
     return fail(ErrorKind::kUsage,
@@ -107,8 +111,6 @@ Result<MissionSummary> simulate(CommandLine line) {
   if (line.dropout >= 0.0) sensor->dropout = line.dropout;
   line.mission.sensor = *sensor;
 
-  const auto world = load_world(line);
-  if (!world) return tl::unexpected(world.error());
   Result<Trajectory> truth;
   if (line.path_file.empty()) {
     truth = walk(world->path, line.walk, kMissionStart, line.mission.seed);

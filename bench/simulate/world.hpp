@@ -1,11 +1,14 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "bench/simulate/box_solid.hpp"
+#include "bench/simulate/convex_part.hpp"
+#include "bench/simulate/height_field.hpp"
 #include "bench/simulate/triangle_mesh.hpp"
 #include "mapping/core/result.hpp"
 
@@ -32,21 +35,21 @@ struct Waypoint {
 };
 
 /// What there is to see, and a way through it. W is the world frame, z up, metres.
+///
+/// The mesh of a built-in world is the surface of its solids' union, the convex parts and the
+/// ground, one after the other: what stands in the ground or grows into a wall is not cut off.
 struct World {
   std::string name;
+  std::string sensor = "os0-64";  ///< carried unless another one is asked for
   TriangleMesh mesh;
-  std::vector<BoxSolid>
-      solids;  ///< whose union the mesh is the surface of; empty for a world read from a file
-  std::vector<Room> rooms;  ///< empty when the world has none
+  std::vector<BoxSolid> solids;       ///< empty for a world read from a file
+  std::vector<ConvexPart> parts;      ///< ranges of the mesh
+  std::optional<HeightField> ground;  ///< none where slabs are the ground
+  std::vector<Room> rooms;            ///< empty when the world has none
   std::vector<Waypoint> path;
 
-  /// Inside one of the solids.
-  [[nodiscard]] bool is_solid(const Eigen::Vector3d& p_W) const {
-    for (const BoxSolid& solid : solids) {
-      if (solid.contains(p_W)) return true;
-    }
-    return false;
-  }
+  /// Inside one of the solids or parts, or below the ground. O(solids + parts)
+  [[nodiscard]] bool is_solid(const Eigen::Vector3d& p_W) const;
 };
 
 /// Names of the built-in worlds, for the help text.
