@@ -21,21 +21,21 @@ CloisterMap::CloisterMap(const Config& config, std::size_t max_pixels, std::int6
       store_(items_in(kBlockShare * static_cast<double>(budget_bytes), sizeof(Block)),
              items_in((1 - kBlockShare) * static_cast<double>(budget_bytes), sizeof(Chunk))),
       pools_(store_),
-      bundle_(max_pixels),
+      beams_(max_pixels),
       integrator_(config.voxel) {
   pools_.take_all();
 }
 
 void CloisterMap::place(const Scan& scan, const Pose& T_S_R) {
-  num_declined_ += bundle_.assign(scan, T_S_R, config_);
+  num_declined_ += beams_.assign(scan, T_S_R, config_);
   std::size_t hint = 0;
   sensor_S_ = (T_S_R * pose_at(scan.poses, scan.stamp, hint)).translation().cast<float>();
 }
 
 std::size_t CloisterMap::integrate_placed() {
-  const IntegrationResult result = integrator_.integrate(bundle_, sensor_S_, pools_, volume_);
+  const IntegrationResult result = integrator_.integrate(beams_, sensor_S_, pools_, volume_);
   num_declined_ += result.voxels_declined;
-  return result.blocks_touched;
+  return result.blocks_hit + result.blocks_free + result.blocks_mixed;
 }
 
 VoxelState CloisterMap::state(const Eigen::Vector3f& p_S) const {

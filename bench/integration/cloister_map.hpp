@@ -7,7 +7,7 @@
 
 #include "mapping/core/config.hpp"
 #include "mapping/integrate/scan_integrator.hpp"
-#include "mapping/scan/deskew.hpp"
+#include "mapping/scan/scan_beams.hpp"
 #include "mapping/scan/scan.hpp"
 #include "mapping/voxel/volume.hpp"
 
@@ -53,7 +53,7 @@ class CloisterMap {
   VoxelStore store_;
   VoxelPools pools_;
   Volume volume_;
-  RayBundle bundle_;
+  ScanBeams beams_;
   ScanIntegrator integrator_;
   Eigen::Vector3f sensor_S_ = Eigen::Vector3f::Zero();  ///< of the scan placed last
   std::size_t num_declined_ = 0;

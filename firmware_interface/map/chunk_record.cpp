@@ -6,12 +6,13 @@
 namespace cloister {
 
 ChunkRecord make_chunk_record(const Chunk& chunk) {
-  ChunkRecord record{chunk.x, chunk.y, chunk.z, {}, {}};
+  ChunkRecord record{chunk.x, chunk.y, chunk.z, {}, {}, {}};
   for (int i = 0; i < kChunkBlocks; ++i) {
     if (Volume::has_block(chunk.places[i])) {
       record.has_block[i >> 3] |= static_cast<std::uint8_t>(1u << (i & 7));
     } else {
-      record.uniform[i] = Volume::uniform_value(chunk.places[i]);
+      record.coarse[i] = Volume::coarse_value(chunk.places[i]);
+      record.known[i] = Volume::known_octants(chunk.places[i]);
     }
   }
   return record;

@@ -36,10 +36,10 @@ struct MapBuilder {
     if (block != nullptr) block->voxels[index_in_block(voxel)] = value;
   }
 
-  void set_uniform(Submap& submap, const BlockCoord& coord, LogOdds value) {
+  void set_coarse(Submap& submap, const BlockCoord& coord, LogOdds value) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = submap.volume.make_place(pools, coord, &chunk);
-    if (place != nullptr) submap.volume.set_uniform(pools, *chunk, *place, value);
+    if (place != nullptr) submap.volume.set_coarse(pools, *chunk, *place, value, kAllOctants);
   }
 
   /// Scatters coarse free space and blocks of random voxels (some unknown) over several chunks
@@ -50,7 +50,7 @@ struct MapBuilder {
     for (int i = 0; i < num_blocks; ++i) {
       const BlockCoord coord(coordinate(rng), coordinate(rng), coordinate(rng) / 4);
       if (i % 3 == 0) {
-        set_uniform(submap, coord, static_cast<LogOdds>(-1 - i % 40));
+        set_coarse(submap, coord, static_cast<LogOdds>(-1 - i % 40));
         continue;
       }
       for (int v = 0; v < kBlockVoxels; ++v) {

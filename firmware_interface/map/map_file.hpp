@@ -7,7 +7,7 @@
 
 namespace cloister {
 
-/// `map.cloister`, version 1: everything that `query` and `export` need. Little-endian, no padding,
+/// `map.cloister`, version 2: everything that `query` and `export` need. Little-endian, no padding,
 /// no compression.
 ///
 /// | part                | bytes |

@@ -179,17 +179,21 @@ class Reader {
   const ChunkCoord coord(record.x, record.y, record.z);
   bool is_empty = true;
   for (int i = 0; i < kChunkBlocks; ++i) {
-    if (!record.is_block(i) && record.uniform[i] == kUnknownLogOdds) continue;
+    const bool is_known = record.coarse[i] != kUnknownLogOdds;
+    if (is_known != (record.known[i] != kNoOctants)) {
+      return reader.failure_at(start, "a chunk's coarse node knows octants without a value, or a value without octants");
+    }
+    if (!record.is_block(i) && !is_known) continue;
     is_empty = false;
     const BlockCoord block_coord = coord * kChunkEdge + BlockCoord(i & 7, i >> 3 & 7, i >> 6);
     Chunk* chunk = nullptr;
     std::uint32_t* place = volume.make_place(pools, block_coord, &chunk);
     if (place == nullptr) return reader.failure_at(start, "more chunks than the header says");
     if (!record.is_block(i)) {
-      volume.set_uniform(pools, *chunk, *place, record.uniform[i]);
+      volume.set_coarse(pools, *chunk, *place, record.coarse[i], record.known[i]);
       continue;
     }
-    if (record.uniform[i] != kUnknownLogOdds || blocks_left == 0) {
+    if (is_known || blocks_left == 0) {
       return reader.failure_at(start, "a chunk's blocks do not fit its submap's description");
     }
     --blocks_left;

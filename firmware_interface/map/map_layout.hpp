@@ -10,7 +10,7 @@ namespace cloister::map_layout {
 // The fixed parts of a map file, byte by byte as they are written (see map_file.hpp).
 
 inline constexpr std::array<char, 8> kMagic = {'C', 'L', 'O', 'I', 'S', 'T', 'E', 'R'};
-inline constexpr std::uint32_t kVersion = 1;
+inline constexpr std::uint32_t kVersion = 2;
 inline constexpr std::uint64_t kChecksumBytes = sizeof(std::uint64_t);
 
 struct Header {

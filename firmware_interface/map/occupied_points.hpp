@@ -12,7 +12,7 @@ template <typename Visitor>
 void for_each_occupied_point(const MapView& map, Visitor&& visit) {
   for (const Submap* submap : sorted_submaps(map)) {
     submap->volume.for_each_block(*map.store, [&](const BlockCoord& coord, const BlockView& view) {
-      if (view.block == nullptr && view.uniform < 0) return;
+      if (view.block == nullptr && view.coarse < 0) return;
       for (int i = 0; i < kBlockVoxels; ++i) {
         if (view.at(i) <= 0) continue;
         const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);

@@ -37,13 +37,13 @@ namespace {
   submap.volume.for_each_block(*map.store, [&](const BlockCoord& block, const BlockView& view) {
     const BlockCoord low = block * kBlockEdge;
     const openvdb::Coord origin(low.x(), low.y(), low.z());
-    if (view.block == nullptr) {
-      tree.addTile(1, origin, static_cast<float>(natural_log_odds(view.uniform)), true);
+    if (view.is_uniform()) {
+      tree.addTile(1, origin, static_cast<float>(natural_log_odds(view.coarse)), true);
       return;
     }
     openvdb::FloatTree::LeafNodeType* leaf = tree.touchLeaf(origin);
     for (int i = 0; i < kBlockVoxels; ++i) {
-      const LogOdds log_odds = view.block->voxels[i];
+      const LogOdds log_odds = view.at(i);
       if (log_odds == kUnknownLogOdds) continue;
       leaf->setValueOn(origin + openvdb::Coord(i & 7, i >> 3 & 7, i >> 6),
                        static_cast<float>(natural_log_odds(log_odds)));

@@ -9,6 +9,7 @@ ScanGeometry make_geometry(const SensorMetadata& metadata) {
   ScanGeometry geometry;
   geometry.num_beams = metadata.num_beams;
   geometry.num_columns = metadata.num_columns;
+  geometry.pixel_shift = metadata.pixel_shift;
   const std::size_t num_pixels =
       static_cast<std::size_t>(metadata.num_beams) * static_cast<std::size_t>(metadata.num_columns);
   geometry.direction_L.reserve(num_pixels);

@@ -72,9 +72,14 @@ bool fuse_volume(const Volume& from, const Pose& T_from_into, const VoxelConfig&
     Chunk* chunk = nullptr;
     std::uint32_t* place = into.make_place(pools, coord, &chunk);
     if (under && !Volume::has_block(*place)) {
-      into.set_uniform(pools, *chunk, *place,
-                       add_log_odds(Volume::uniform_value(*place), *under, lowest, highest));
-      continue;
+      const LogOdds before = Volume::coarse_value(*place);
+      const LogOdds sum = add_log_odds(before, *under, lowest, highest);
+      const bool is_partial = before != kUnknownLogOdds && Volume::known_octants(*place) != kAllOctants;
+      // One value stands for all octants: where only some were known, the weaker of what both kinds come to.
+      if (!is_partial || (before < 0 && *under < 0)) {
+        into.set_coarse(pools, *chunk, *place, is_partial ? std::max(sum, *under) : sum, kAllOctants);
+        continue;
+      }
     }
     Block* block = into.make_block(pools, *chunk, *place);
     for (int z = 0; z < kBlockEdge; ++z) {

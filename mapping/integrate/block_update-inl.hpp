@@ -65,9 +65,24 @@ HWY_INLINE void AddEvidence(const Evidence& evidence, const BlockBits& free, con
   }
 }
 
-/// Applies what one scan says about one block. Free space stays coarse: an unknown block that is free throughout becomes
-/// one value, a free one is updated as a whole when at least half of it is seen again, and left alone otherwise. A block
-/// without hits that has become free throughout returns to the pool.
+/// Adds free octants to a place that is unknown or a free coarse node. Octants that were known become more free when at
+/// least half of them was seen again; with new ones, all have the weaker value.
+/// @param num_free  voxels that were seen
+HWY_INLINE void AddFreeOctants(const Evidence& evidence, OctantMask free, int num_free, VoxelPools& pools, Volume& volume,
+                               Chunk& chunk, std::uint32_t& place) {
+  const LogOdds value = Volume::coarse_value(place);
+  const OctantMask known = Volume::known_octants(place);
+  if ((free & ~known) != 0) {
+    const LogOdds weakest = known != kNoOctants && value > evidence.miss ? value : evidence.miss;
+    volume.set_coarse(pools, chunk, place, weakest, known | free);
+  } else if (value != evidence.lowest && 2 * num_free >= std::popcount(known) * kOctantVoxels) {
+    volume.set_coarse(pools, chunk, place, add_log_odds(value, evidence.miss, evidence.lowest, evidence.highest), known);
+  }
+}
+
+/// Applies what one scan says about one block. Free space stays coarse: a block without hits that is free or unknown in
+/// each octant is a coarse node, and becomes one again as soon as it is. A coarse node without hits is split only by free
+/// voxels of octants that are not known yet.
 /// @param free  without the voxels that were hit
 /// @return number of voxels that a full pool declined
 HWY_INLINE std::size_t ApplyToPlace(const Evidence& evidence, const BlockBits& free, const BlockBits& crossed,
@@ -77,13 +92,21 @@ HWY_INLINE std::size_t ApplyToPlace(const Evidence& evidence, const BlockBits& f
   for (const std::uint64_t word : free.word) num_free += std::popcount(word);
   const bool has_hits = hit.any();
   if (!has_hits && num_free == 0) return 0;
-  if (!has_hits && !Volume::has_block(place)) {
-    const LogOdds value = Volume::uniform_value(place);
-    if (value < 0 || (value == kUnknownLogOdds && num_free == kBlockVoxels)) {
-      if (num_free >= kBlockVoxels / 2) {
-        volume.set_uniform(pools, chunk, place,
-                           add_log_odds(value, evidence.miss, evidence.lowest, evidence.highest));
+  if (!has_hits && !Volume::has_block(place) && Volume::coarse_value(place) <= 0) {
+    // An octant's rows in one word; all of them, and any.
+    unsigned all = 0, any = 0;
+    for (int octant = 0; octant < 8; ++octant) {
+      const std::uint64_t rows = std::uint64_t{0x0f0f0f0f} << ((octant & 1) * 4 + (octant >> 1 & 1) * 32);
+      std::uint64_t in_all = rows, in_any = 0;
+      for (int z = 0; z < kOctantEdge; ++z) {
+        in_all &= free.word[(octant >> 2) * kOctantEdge + z];
+        in_any |= free.word[(octant >> 2) * kOctantEdge + z] & rows;
       }
+      all |= static_cast<unsigned>(in_all == rows) << octant;
+      any |= static_cast<unsigned>(in_any != 0) << octant;
+    }
+    if ((any & ~(all | Volume::known_octants(place))) == 0) {
+      AddFreeOctants(evidence, static_cast<OctantMask>(all), num_free, pools, volume, chunk, place);
       return 0;
     }
   }
@@ -93,7 +116,7 @@ HWY_INLINE std::size_t ApplyToPlace(const Evidence& evidence, const BlockBits& f
     return static_cast<std::size_t>(num_free);
   }
   AddEvidence(evidence, free, crossed, hit, *block);
-  if (!has_hits && HighestIn(*block) < 0) volume.settle_block(pools, chunk, place);
+  if (!has_hits && HighestIn(*block) <= 0) volume.settle_block(pools, chunk, place);
   return 0;
 }
 

@@ -17,7 +17,6 @@ namespace cloister::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr int kRootEdge = 512;  // voxels
-constexpr int kOctantEdge = 4;
 constexpr int kChunkVoxels = kBlockEdge * kChunkEdge;
 constexpr float kHalfDiagonal = 0.8660254f;  // of a cube of edge 1
 // Angles that rounding may be wrong by, in columns or rows.
@@ -29,10 +28,11 @@ using Ints8 = hn::RebindToSigned<Lanes8>;
 
 /// How eight sibling nodes look from the sensor. Gradients are per voxel along S's axes.
 struct NodeViews {
-  HWY_ALIGN float column[8], row[8], distance_m[8];
+  HWY_ALIGN float column[8], row[8], distance_m[8], axis_m[8];
   HWY_ALIGN float column_step[3][8], row_step[3][8], distance_step[3][8];
   unsigned free = 0;   ///< bit i: child i is free throughout
   unsigned mixed = 0;  ///< bit i: child i must be divided
+  unsigned gaps = 0;   ///< bit i: some of it may be seen through by all four beams around
 };
 
 /// Which pose a node is projected with, and how much of the scan's motion happened while its beams were fired.
@@ -82,9 +82,10 @@ class Carver {
       low[a] = static_cast<int>(std::floor((sensor_S[a] - reach_m) / voxel_m_)) & ~(kRootEdge - 1);
       high[a] = static_cast<int>(std::floor((sensor_S[a] + reach_m) / voxel_m_));
     }
+    const NodePose from{&image_.poses[projection_.num_columns / 2], has_seam_ ? 1.0f : 0.0f};
     for (int z = low.z(); z <= high.z(); z += kRootEdge) {
       for (int y = low.y(); y <= high.y(); y += kRootEdge) {
-        for (int x = low.x(); x <= high.x(); x += kRootEdge) Divide({x, y, z}, kRootEdge);
+        for (int x = low.x(); x <= high.x(); x += kRootEdge) Divide({x, y, z}, kRootEdge, from);
       }
     }
     return result_;
@@ -93,55 +94,26 @@ class Carver {
  private:
   // ---- Projection ----
 
-  /// A point of S as the projection sees it from a pose.
-  struct PointView {
-    float column;      ///< 0 .. num_columns
-    float axis_m;      ///< distance from the sensor's axis
-    float distance_m;  ///< from the sensor
-  };
-  PointView View(const Eigen::Vector3f& p_S, const RangeImage::ColumnPose& pose) const {
-    const Eigen::Vector3f p = p_S - pose.t_S;
-    const auto along = [&](int i) { return pose.R_L_S[i][0] * p.x() + pose.R_L_S[i][1] * p.y() + pose.R_L_S[i][2] * p.z(); };
-    const hn::CappedTag<float, 1> d;
-    const float x = along(0), y = along(1);
-    const float azimuth = hn::GetLane(Azimuth(d, hn::Set(d, y), hn::Set(d, x)));
-    float column = (azimuth - projection_.azimuth0_rad) * projection_.columns_per_rad;
+  /// The pose for looking into a child: that of the column which looks at its middle, as its parent's look told.
+  NodePose PoseFor(const NodeViews& views, int child, int edge) const {
+    if (!has_seam_) return {&image_.poses.front(), 0};
+    const float radius_m = kHalfDiagonal * static_cast<float>(edge) * voxel_m_;
+    const int column = static_cast<int>(std::floor(views.column[child])) & column_mask_;
+    const RangeImage::ColumnPose* pose = &image_.poses[column];
+    if (views.axis_m[child] < 2 * radius_m) return {pose, 1};
+    const float reach = radius_m / (views.axis_m[child] - radius_m) * columns_per_rad_;
     const float columns = static_cast<float>(projection_.num_columns);
-    column -= columns * std::floor(column / columns);
-    return {column, std::sqrt(x * x + y * y), p.norm()};
-  }
-
-  const RangeImage::ColumnPose& PoseAt(float column) const {
-    return image_.poses[static_cast<int>(column) & column_mask_];
-  }
-
-  /// The pose of the column that looks at a node's middle, found by looking twice: the first look is from the middle of
-  /// the scan.
-  NodePose ChoosePose(const VoxelCoord& corner, int edge) const {
-    const float half_edge = 0.5f * static_cast<float>(edge);
-    const Eigen::Vector3f middle_S = (corner.cast<float>().array() + half_edge) * voxel_m_;
-    const RangeImage::ColumnPose* pose = &image_.poses[projection_.num_columns / 2];
-    if (!has_seam_) return {pose, 0};
-    const float radius_m = 2 * kHalfDiagonal * half_edge * voxel_m_;
-    PointView view = View(middle_S, *pose);
-    if (view.axis_m < 2 * radius_m) return {pose, 1};
-    pose = &PoseAt(view.column);
-    view = View(middle_S, *pose);
-    pose = &PoseAt(view.column);
-    const float reach = radius_m / (view.axis_m - radius_m) * columns_per_rad_;
-    if (OverSeam(view.column, reach)) return {pose, 1};
-    return {pose, std::min(1.0f, 4 * reach / static_cast<float>(projection_.num_columns))};
-  }
-
-  bool OverSeam(float column, float reach) const {
+    // Wider than the node: how far the column may be off for being told from the parent's pose, and the columns that
+    // the rows' shifts carry over the seam.
     const float zone = reach + static_cast<float>(projection_.max_shift + 1) +
-                       (image_.turned_rad + image_.moved_m) * columns_per_rad_;
-    return column < zone || column > static_cast<float>(projection_.num_columns) - zone;
+                       (image_.turned_rad + image_.moved_m / views.axis_m[child]) * columns_per_rad_;
+    if (static_cast<float>(column) < zone || static_cast<float>(column) > columns - zone) return {pose, 1};
+    return {pose, std::min(1.0f, 4 * reach / columns)};
   }
 
   /// Fractional row by the sine of the elevation.
   template <class V>
-  HWY_INLINE V RowAt(V sine, V* slope) const {
+  HWY_INLINE V RowAt(V sine, V& slope) const {
     const Lanes8 d;
     const Ints8 di;
     constexpr float kSteps = SphericalProjection::kSineSteps;
@@ -151,7 +123,7 @@ class Carver {
     const V lower = hn::GatherIndex(d, projection_.row_of_sine.data(), index);
     const V upper = hn::GatherIndex(d, projection_.row_of_sine.data() + 1, index);
     const V rise = upper - lower;
-    if (slope != nullptr) *slope = rise * hn::Set(d, 0.5f * kSteps);
+    slope = rise * hn::Set(d, 0.5f * kSteps);
     return lower + rise * (place - hn::ConvertTo(d, index));
   }
 
@@ -173,7 +145,7 @@ class Carver {
     HWY_ALIGN static constexpr float kX[8] = {0, 1, 0, 1, 0, 1, 0, 1};
     HWY_ALIGN static constexpr float kY[8] = {0, 0, 1, 1, 0, 0, 1, 1};
     HWY_ALIGN static constexpr float kZ[8] = {0, 0, 0, 0, 1, 1, 1, 1};
-    views.free = views.mixed = 0;
+    views.free = views.mixed = views.gaps = 0;
     for (int lane = 0; lane < 8; lane += static_cast<int>(hn::Lanes(d))) {
       const V px = hn::Load(d, kX + lane) * hn::Set(d, edge_m) + hn::Set(d, first_m.x());
       const V py = hn::Load(d, kY + lane) * hn::Set(d, edge_m) + hn::Set(d, first_m.y());
@@ -204,12 +176,13 @@ class Carver {
         up_norm = up_norm + hn::Abs(up[i]);
       }
       V row_slope;
-      const V row = RowAt(sin_up, &row_slope);
+      const V row = RowAt(sin_up, row_slope);
       const V per_rad = hn::Set(d, projection_.columns_per_rad);
       const V column = (Azimuth(d, y, x) - hn::Set(d, projection_.azimuth0_rad)) * per_rad;
       hn::Store(column, d, views.column + lane);
       hn::Store(row, d, views.row + lane);
       hn::Store(distance, d, views.distance_m + lane);
+      hn::Store(axis, d, views.axis_m + lane);
       const V voxel = hn::Set(d, voxel_m_);
       const V column_scale = voxel * per_axis * per_rad;
       const V row_scale = voxel * per_distance * row_slope * hn::Abs(cos_up);
@@ -227,13 +200,12 @@ class Carver {
       const V slack = hn::Set(d, kAngleSlack);
       const V width = (half * around_norm * per_axis / (one - hn::Min(near_axis, half_limit)) + drift) *
                           hn::Set(d, columns_per_rad_) + slack;
-      const V height = half * up_norm * per_distance * hn::Abs(cos_up) / (one - hn::Min(near, half_limit)) +
-                       near * near + drift;
+      const V height = (half * up_norm * per_distance / (one - hn::Min(near, half_limit)) + near * near + drift) *
+                           hn::Set(d, projection_.max_rows_per_rad) + slack;
       const V nearest = distance - half * away_norm - moved;
       const V furthest = distance + half * away_norm + hn::Set(d, 0.5f) * radius * radius * per_distance + moved;
 
-      const V top = hn::Floor(RowAt<V>(sin_up + height, nullptr) - slack);
-      const V bottom = hn::Ceil(RowAt<V>(sin_up - height, nullptr) + slack);
+      const V top = hn::Floor(row - height), bottom = hn::Ceil(row + height);
       const V left = hn::Floor(column - width), right = hn::Ceil(column + width);
       const V last_row = hn::Set(d, last_row_);
       const auto is_outside = hn::Or(bottom < zero, top > last_row);
@@ -257,7 +229,7 @@ class Carver {
       hn::Store(row1, di, bottoms);
       hn::Store(column0, di, lefts);
       hn::Store(column1, di, rights);
-      HWY_ALIGN float least[8], most[8];
+      HWY_ALIGN float least[8], most[8], most_gap[8];
       for (std::size_t i = 0; i < hn::Lanes(d); ++i) {
         const int k = levels[i];
         const int shift = k + projection_.squaring;
@@ -269,9 +241,11 @@ class Carver {
         const auto &a = upper[c0], &b = upper[c1], &e = lower[c0], &f = lower[c1];
         least[i] = std::min(std::min(a.least, b.least), std::min(e.least, f.least));
         most[i] = std::max(std::max(a.most, b.most), std::max(e.most, f.most));
+        most_gap[i] = std::max(std::max(a.most_gap, b.most_gap), std::max(e.most_gap, f.most_gap));
       }
       const V unit = hn::Set(d, image_.unit_m);
       const V least_m = hn::Load(d, least) * unit, most_m = hn::Load(d, most) * unit;
+      const V most_gap_m = hn::Load(d, most_gap) * unit;
 
       const auto is_unbounded = hn::Or(is_near, is_wide);
       const auto is_unseen = hn::Or(nearest > hn::Set(d, max_range_m_),
@@ -279,6 +253,7 @@ class Carver {
       const auto is_free = hn::AndNot(is_unbounded, hn::And(is_inside, least_m >= furthest));
       views.free |= Bits(d, hn::AndNot(is_unseen, is_free)) << lane;
       views.mixed |= Bits(d, hn::Not(hn::Or(is_unseen, is_free))) << lane;
+      views.gaps |= Bits(d, hn::Or(is_unbounded, most_gap_m >= nearest)) << lane;
     }
   }
 
@@ -295,21 +270,25 @@ class Carver {
     return corner + VoxelCoord((child & 1) * edge, ((child >> 1) & 1) * edge, (child >> 2) * edge);
   }
 
-  void Divide(const VoxelCoord& corner, int edge) {
+  void Divide(const VoxelCoord& corner, int edge, const NodePose& from) {
     if (edge == kChunkVoxels) EnterChunk(corner);
     const int child_edge = edge / 2;
     NodeViews views;
-    ViewChildren(corner, child_edge, ChoosePose(corner, edge), views);
+    ViewChildren(corner, child_edge, from, views);
     result_.nodes_tested += 8;
-    for (unsigned rest = views.free | views.mixed; rest != 0; rest &= rest - 1) {
+    // Only what is there already can be changed by beams that do not see through a node as a whole.
+    const bool is_bare = edge <= kChunkVoxels && slots_ == nullptr && chunk_ == nullptr;
+    const unsigned ask = views.free | (is_bare ? views.mixed & views.gaps : views.mixed);
+    for (unsigned rest = ask; rest != 0; rest &= rest - 1) {
       const int child = std::countr_zero(rest);
       const VoxelCoord child_corner = ChildCorner(corner, child_edge, child);
-      if ((views.free >> child) & 1) {
-        Free(child_corner, child_edge);
-      } else if (child_edge == kBlockEdge) {
-        LookInto(child_corner, false);
+      const bool is_free = (views.free >> child) & 1;
+      if (child_edge == kBlockEdge) {
+        VisitBlock(child_corner, is_free, (views.gaps >> child) & 1, PoseFor(views, child, child_edge));
+      } else if (is_free) {
+        Free(child_corner, child_edge, PoseFor(views, child, child_edge));
       } else {
-        Divide(child_corner, child_edge);
+        Divide(child_corner, child_edge, PoseFor(views, child, child_edge));
       }
     }
   }
@@ -330,66 +309,80 @@ class Carver {
   }
 
   /// A node that is free throughout.
-  void Free(const VoxelCoord& corner, int edge) {
+  void Free(const VoxelCoord& corner, int edge, const NodePose& from) {
     if (edge > kChunkVoxels) {
-      for (int child = 0; child < 8; ++child) Free(ChildCorner(corner, edge / 2, child), edge / 2);
+      for (int child = 0; child < 8; ++child) Free(ChildCorner(corner, edge / 2, child), edge / 2, from);
       return;
     }
     if (edge == kChunkVoxels) EnterChunk(corner);
-    const int blocks = edge / kBlockEdge;
-    if (!MakeChunk()) {
-      result_.voxels_declined += static_cast<std::size_t>(blocks) * blocks * blocks * kBlockVoxels;
-      return;
-    }
-    const BlockCoord first = parent_coord(corner);
-    for (int z = 0; z < blocks; ++z) {
-      for (int y = 0; y < blocks; ++y) {
-        for (int x = 0; x < blocks; ++x) FreeBlock(first + BlockCoord(x, y, z));
+    for (int z = 0; z < edge; z += kBlockEdge) {
+      for (int y = 0; y < edge; y += kBlockEdge) {
+        for (int x = 0; x < edge; x += kBlockEdge) VisitBlock(corner + VoxelCoord(x, y, z), true, true, from);
       }
     }
   }
 
-  void FreeBlock(const BlockCoord& coord) {
-    const int index = index_in_block(coord);
-    std::uint32_t& place = chunk_->places[index];
-    ++result_.blocks_free;
-    if (slots_ != nullptr && slots_[index] != 0) {
-      LookInto(coord * kBlockEdge, true);
+  /// Updates one block. @param is_free  it is seen through as a whole @param has_gaps  parts of it may be
+  void VisitBlock(const VoxelCoord& corner, bool is_free, bool has_gaps, const NodePose& from) {
+    const int index = index_in_block(parent_coord(corner));
+    const std::uint32_t place = chunk_ != nullptr ? chunk_->places[index] : 0;
+    ScanMarks::Marked* marked = slots_ != nullptr && slots_[index] != 0 ? &marks_.in_slot(slots_[index]) : nullptr;
+    if (marked == nullptr && !Volume::has_block(place) && Volume::coarse_value(place) <= 0) {
+      if (is_free) {
+        ++result_.blocks_free;
+        UpdateNode(index, kAllOctants);
+      } else if (has_gaps && Volume::known_octants(place) != kAllOctants) {
+        ++result_.blocks_coarse;
+        UpdateNode(index, FreeOctants(corner, Volume::known_octants(place), from));
+      }
       return;
     }
-    if (!Volume::has_block(place)) {
-      const LogOdds value = Volume::uniform_value(place);
-      if (value <= 0) {
-        if (value != evidence_.lowest) {
-          volume_.set_uniform(pools_, *chunk_, place,
-                              add_log_odds(value, evidence_.miss, evidence_.lowest, evidence_.highest));
-        }
-        return;
-      }
-    } else {
+    if (marked == nullptr && is_free && Volume::has_block(place)) {
       Block& block = pools_.store.block(Volume::block_index(place));
       if (HighestIn(block) <= 0) {
+        ++result_.blocks_free;
         AddEvidence(evidence_, kAll, kAll, kNone, block);
-        volume_.settle_block(pools_, *chunk_, place);
+        volume_.settle_block(pools_, *chunk_, chunk_->places[index]);
         return;
       }
     }
-    // Something stands there that only beams which cross it may clear.
-    LookInto(coord * kBlockEdge, true);
+    LookInto(corner, index, is_free, marked, from);
   }
 
-  /// A block that is to be decided voxel by voxel. @param is_free  all of its voxels are known to be seen through; what
-  /// remains to be found out is which of them beams have crossed
-  void LookInto(const VoxelCoord& corner, bool is_free) {
-    const int index = index_in_block(parent_coord(corner));
-    ScanMarks::Marked* marked = slots_ != nullptr && slots_[index] != 0 ? &marks_.in_slot(slots_[index]) : nullptr;
-    // Free already, and nothing was hit: part of it seen again changes nothing.
-    const std::uint32_t place = chunk_ != nullptr ? chunk_->places[index] : 0;
-    if (marked == nullptr && !is_free && !Volume::has_block(place) && Volume::uniform_value(place) < 0) return;
-    ++result_.blocks_mixed;
+  /// What the octants of a block that is bare or coarse have shown: those that are seen through as wholes.
+  void UpdateNode(int index, OctantMask free) {
+    if (free == kNoOctants) return;
+    if (!MakeChunk()) {
+      result_.voxels_declined += kBlockVoxels;
+      return;
+    }
+    AddFreeOctants(evidence_, free, std::popcount(free) * kOctantVoxels, pools_, volume_, *chunk_,
+                   chunk_->places[index]);
+  }
 
+  /// Octants that are seen through as wholes. Those that the image's bounds leave open are looked up voxel by voxel,
+  /// unless they are known already.
+  OctantMask FreeOctants(const VoxelCoord& corner, OctantMask known, const NodePose& from) const {
+    NodeViews views;
+    ViewChildren(corner, kOctantEdge, from, views);
+    unsigned free = views.free;
+    if (from.share < 1) {
+      for (unsigned open = views.mixed & views.gaps & ~unsigned{known}; open != 0; open &= open - 1) {
+        const int child = std::countr_zero(open);
+        BlockBits seen = kNone, crossed = kNone;
+        LookUpVoxels(views, child, VoxelCoord::Zero(), 0, projection_.num_columns, false, seen, crossed);
+        const std::uint64_t all = seen.word[0] & seen.word[1] & seen.word[2] & seen.word[3];
+        free |= static_cast<unsigned>(all == kOctantRows) << child;
+      }
+    }
+    return static_cast<OctantMask>(free);
+  }
+
+  /// A block with returns or with voxels of its own: decided voxel by voxel. @param is_free  all of its voxels are known
+  /// to be seen through; what remains to be found out is which of them beams have crossed
+  void LookInto(const VoxelCoord& corner, int index, bool is_free, ScanMarks::Marked* marked, const NodePose& from) {
+    ++result_.blocks_mixed;
     BlockBits free = is_free ? kAll : kNone, crossed = kNone;
-    const NodePose from = ChoosePose(corner, kBlockEdge);
     if (from.share < 1) {
       LookUpOctants(corner, {from.pose, 0}, 0, projection_.num_columns, false, free, crossed);
     } else {
@@ -421,7 +414,7 @@ class Carver {
       const bool is_free = !is_seam && ((views.free >> child) & 1);
       if (is_free) {
         for (int z = 0; z < kOctantEdge; ++z) {
-          free.word[local.z() + z] |= std::uint64_t{0x0f0f0f0f} << (local.x() + 8 * local.y());
+          free.word[local.z() + z] |= kOctantRows << (local.x() + 8 * local.y());
         }
       }
       if (is_free || ((ask >> child) & 1)) {
@@ -513,6 +506,7 @@ class Carver {
     return (bits & 0xf) | ((bits & 0xf0) << 4) | ((bits & 0xf00) << 8) | ((bits & 0xf000) << 12);
   }
 
+  static constexpr std::uint64_t kOctantRows = 0x0f0f0f0f;  ///< of an octant at 0, in one word of BlockBits
   static constexpr std::uint64_t kFull = ~std::uint64_t{0};
   static constexpr BlockBits kAll{{kFull, kFull, kFull, kFull, kFull, kFull, kFull, kFull, 0}};
   static constexpr BlockBits kNone{};

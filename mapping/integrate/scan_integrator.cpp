@@ -18,7 +18,7 @@ ScanIntegrator::ScanIntegrator(const VoxelConfig& config)
       evidence_(config),
       marks_(config.voxel_size_m, config.max_range_m, kWindowSlackM, kMaxScanBlocks) {}
 
-IntegrationResult ScanIntegrator::integrate(const PlacedScan& scan, const Eigen::Vector3f& sensor_S,
+IntegrationResult ScanIntegrator::integrate(const ScanBeams& scan, const Eigen::Vector3f& sensor_S,
                                             VoxelPools& pools, Volume& volume) {
   IntegrationResult result;
   marks_.restart(sensor_S);
@@ -28,7 +28,7 @@ IntegrationResult ScanIntegrator::integrate(const PlacedScan& scan, const Eigen:
     const ProjectiveResult carved = integrate_projective(
         {scan.image(), evidence_, config_.voxel_size_m, config_.max_range_m, marks_, pools, volume});
     result.blocks_free = carved.blocks_free;
-    result.blocks_mixed = carved.blocks_mixed;
+    result.blocks_mixed = carved.blocks_mixed + carved.blocks_coarse;
     result.voxels_declined = carved.voxels_declined;
   } else {
     for (const Ray& ray : scan.rays()) marks_.mark_crossed(ray);

@@ -5,7 +5,7 @@
 #include "mapping/core/config.hpp"
 #include "mapping/integrate/evidence.hpp"
 #include "mapping/integrate/scan_marks.hpp"
-#include "mapping/scan/placed_scan.hpp"
+#include "mapping/scan/scan_beams.hpp"
 #include "mapping/voxel/volume.hpp"
 
 namespace cloister {
@@ -29,7 +29,7 @@ class ScanIntegrator {
   explicit ScanIntegrator(const VoxelConfig& config);
 
   /// @param sensor_S  where the sensor was, to within a few metres
-  IntegrationResult integrate(const PlacedScan& scan, const Eigen::Vector3f& sensor_S, VoxelPools& pools,
+  IntegrationResult integrate(const ScanBeams& scan, const Eigen::Vector3f& sensor_S, VoxelPools& pools,
                               Volume& volume);
 
  private:

@@ -82,7 +82,7 @@ ScanMarks::Marked* ScanMarks::find_or_make(const BlockCoord& block) {
   return &blocks_[block_slot - 1];
 }
 
-void ScanMarks::mark_returns(const PlacedScan& scan) {
+void ScanMarks::mark_returns(const ScanBeams& scan) {
   const float *x_S = scan.x_S(), *y_S = scan.y_S(), *z_S = scan.z_S();
   // Neighbouring beams end in the same block more often than not.
   BlockCoord last_block(INT_MAX, INT_MAX, INT_MAX);

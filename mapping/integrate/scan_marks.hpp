@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "mapping/scan/placed_scan.hpp"
+#include "mapping/scan/scan_beams.hpp"
 #include "mapping/voxel/voxel.hpp"
 
 namespace cloister {
@@ -46,7 +46,7 @@ class ScanMarks {
   /// Forgets all marks and moves the window to the sensor.
   void restart(const Eigen::Vector3f& centre_S);
   /// Marks the voxels of all returns as hit.
-  void mark_returns(const PlacedScan& scan);
+  void mark_returns(const ScanBeams& scan);
   /// Marks the voxels that a ray crosses up to its free length, each that it enters.
   void mark_crossed(const Ray& ray);
 

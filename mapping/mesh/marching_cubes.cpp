@@ -75,8 +75,8 @@ class Extraction {
     for (const Place* place : neighbours_) {
       if (place == nullptr) continue;
       if (place->view.block != nullptr) return true;
-      has_free = has_free || place->view.uniform < 0;
-      has_occupied = has_occupied || place->view.uniform > 0;
+      has_free = has_free || place->view.coarse < 0;
+      has_occupied = has_occupied || place->view.coarse > 0;
     }
     return has_free && has_occupied;
   }
@@ -95,7 +95,8 @@ class Extraction {
         } else if (place->view.block != nullptr) {
           std::memcpy(row, &place->view.block->voxels[first], kBlockEdge);
         } else {
-          std::memset(row, place->view.uniform, kBlockEdge);
+          std::memset(row, place->view.at(first), kOctantEdge);
+          std::memset(row + kOctantEdge, place->view.at(first + kOctantEdge), kOctantEdge);
         }
         const Place* next = neighbours_[d | 1];
         row[kBlockEdge] = next == nullptr ? kUnknownLogOdds : next->view.at(first);

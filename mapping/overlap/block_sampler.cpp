@@ -60,12 +60,12 @@ std::optional<LogOdds> BlockSampler::gather(const BlockCoord& block_A) {
     for (int y = 0; y < size_.y(); ++y) {
       for (int x = 0; x < size_.x(); ++x, ++view) {
         *view = volume_.view(store_, low_ + BlockCoord(x, y, z));
-        is_uniform &= view->block == nullptr && view->uniform == views_[0].uniform;
+        is_uniform &= view->is_uniform() && view->coarse == views_[0].coarse;
       }
     }
   }
   if (!is_uniform) return std::nullopt;
-  return views_[0].uniform;
+  return views_[0].coarse;
 }
 
 }  // namespace cloister

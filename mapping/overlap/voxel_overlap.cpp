@@ -1,6 +1,7 @@
 #include "mapping/overlap/voxel_overlap.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "mapping/overlap/block_sampler.hpp"
 
@@ -8,7 +9,7 @@ namespace cloister {
 namespace {
 
 std::int64_t known_in(const BlockView& view) {
-  if (view.block == nullptr) return view.uniform != kUnknownLogOdds ? kBlockVoxels : 0;
+  if (view.block == nullptr) return std::popcount(view.known) * kOctantVoxels;
   return kBlockVoxels - std::count(std::begin(view.block->voxels), std::end(view.block->voxels), kUnknownLogOdds);
 }
 
@@ -42,7 +43,7 @@ VoxelOverlap voxel_overlap(const VoxelStore& store, const Volume& a, const Volum
     const std::optional<LogOdds> under = sampler.gather(coord);
     if (under && *under == kUnknownLogOdds) return;
     if (under && view.block == nullptr) {
-      overlap.num_agreeing += state_of(*under) == state_of(view.uniform) ? kBlockVoxels : 0;
+      overlap.num_agreeing += state_of(*under) == state_of(view.coarse) ? known : 0;
       return;
     }
     for (int z = 0; z < kBlockEdge; ++z) {

@@ -49,7 +49,7 @@ std::size_t PlaceRow(const ImageRow& in) {
                                                                                   : -projection.columns_per_rad));
   const V turn = hn::Set(d, projection.columns_per_rad > 0 ? 1.0f : -1.0f);
   const V angle_above = hn::Set(d, in.angle_above_rad), angle_below = hn::Set(d, in.angle_below_rad);
-  const V half_voxel = hn::Set(d, 0.5f * in.voxel_m), noise = hn::Set(d, kRangeNoiseM);
+  const V half_voxel = hn::Set(d, 0.75f * in.voxel_m), noise = hn::Set(d, kRangeNoiseM);
   const V max_free = hn::Set(d, in.max_free_m), max_return = hn::Set(d, in.max_return_m);
 
   std::size_t num_returns = 0;

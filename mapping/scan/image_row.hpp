@@ -25,7 +25,7 @@ struct ImageRow {
   float *x_S = nullptr, *y_S = nullptr, *z_S = nullptr;  ///< out: returns, without gaps
 };
 
-/// Computes `free_m` and the returns of one row (beam model: see PlacedScan). @return number of returns
+/// Computes `free_m` and the returns of one row (beam model: see ScanBeams). @return number of returns
 /// Vectorised for whatever the processor has; every instruction set gives the same bits.
 [[nodiscard]] std::size_t place_row(const ImageRow& row);
 

@@ -21,15 +21,19 @@ void RangeImage::reserve(std::size_t max_pixels) {
 void RangeImage::build_bounds(float max_free_m) {
   const int rows = projection->num_rows();
   const int columns = projection->num_columns;
-  gap_free_m.resize(static_cast<std::size_t>(std::max(rows - 1, 1)) * stride);
-  for (int row = 0; row + 1 < rows; ++row) {
-    const float* upper = &free_m[static_cast<std::size_t>(row) * stride];
-    const float* lower = upper + stride;
-    float* gap = &gap_free_m[static_cast<std::size_t>(row) * stride];
+  const std::size_t num_pixels = static_cast<std::size_t>(rows) * stride;
+  // Written to the gaps' own memory first, row by row: a row is read by its own gaps and by those above it only.
+  gap_free_m.resize(num_pixels);
+  for (int row = 0; row < rows; ++row) {
+    const float* free = &free_m[static_cast<std::size_t>(row) * stride];
+    float* filled = &gap_free_m[static_cast<std::size_t>(row) * stride];
+    float left = free[columns - 1];
     for (int column = 0; column < columns; ++column) {
-      const float least = std::min(std::min(upper[column], upper[column + 1]), std::min(lower[column], lower[column + 1]));
-      gap[column] = std::max(least, 0.0f);
+      const float between = std::max(std::min(left, free[column + 1]), 0.0f);
+      left = free[column];
+      filled[column] = left != 0 ? left : between;
     }
+    filled[columns] = filled[0];
   }
 
   unit_m = max_free_m / kMaxUnits;
@@ -40,16 +44,21 @@ void RangeImage::build_bounds(float max_free_m) {
   pyramid.resize(static_cast<std::size_t>(cell_rows) * cell_columns);
   level_begin[0] = 0;
   for (int row = 0; row < rows; ++row) {
-    const float* free = &free_m[static_cast<std::size_t>(row) * stride];
+    float* filled = &gap_free_m[static_cast<std::size_t>(row) * stride];
+    const float* lower = row + 1 < rows ? filled + stride : nullptr;
     for (int cell = 0; cell < cell_columns; ++cell) {
-      float least = max_free_m, most = 0;
+      float least = max_free_m, most = 0, most_gap = 0;
       for (int column = cell << squaring; column < (cell + 1) << squaring; ++column) {
-        least = std::min(least, free[column]);
-        most = std::max(most, std::abs(free[column]));
+        least = std::min(least, filled[column]);
+        most = std::max(most, std::abs(filled[column]));
+        const float both = std::min(filled[column], filled[column + 1]);
+        const float gap = lower != nullptr ? std::min(both, std::min(lower[column], lower[column + 1])) : 0;
+        filled[column] = std::max(gap, 0.0f);
+        most_gap = std::max(most_gap, filled[column]);
       }
+      const auto rounded_up = [&](float m) { return static_cast<std::uint16_t>(std::min(m * units + 1, kMaxUnits + 1)); };
       pyramid[static_cast<std::size_t>(row) * cell_columns + cell] = {
-          static_cast<std::uint16_t>(std::max(least, 0.0f) * units),
-          static_cast<std::uint16_t>(std::min(most * units + 1, kMaxUnits + 1))};
+          static_cast<std::uint16_t>(std::max(least, 0.0f) * units), rounded_up(most), rounded_up(most_gap)};
     }
   }
   for (num_levels = 1; num_levels < kMaxLevels && cell_columns > 2; ++num_levels) {
@@ -66,7 +75,8 @@ void RangeImage::build_bounds(float max_free_m) {
       for (int cell = 0; cell < cell_columns; ++cell) {
         const Bounds &a = upper[2 * cell], &b = upper[2 * cell + 1], &c = lower[2 * cell], &d = lower[2 * cell + 1];
         cells[cell] = {std::min(std::min(a.least, b.least), std::min(c.least, d.least)),
-                       std::max(std::max(a.most, b.most), std::max(c.most, d.most))};
+                       std::max(std::max(a.most, b.most), std::max(c.most, d.most)),
+                       std::max(std::max(a.most_gap, b.most_gap), std::max(c.most_gap, d.most_gap))};
       }
     }
   }

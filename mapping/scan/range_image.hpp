@@ -13,17 +13,18 @@ namespace cloister {
 /// How far each beam of an organised scan proves space free, as a destaggered image in the sensor's own beam table,
 /// with what a coarse-to-fine search needs. Distances are from the projection's ring, metres; 0 = nothing is proven.
 ///
-/// Filled by PlacedScan. All memory is taken by `reserve`.
+/// Filled by ScanBeams. All memory is taken by `reserve`.
 struct RangeImage {
   /// The sensor's pose while a column was measured: p_L = R_L_S (p_S - t_S).
   struct ColumnPose {
     float R_L_S[3][3];
     Eigen::Vector3f t_S;
   };
-  /// Lower and upper bound of a cell's free distances, in units of `unit_m`, rounded away from each other.
+  /// Of a cell's free distances, in units of `unit_m`, each rounded to the safe side.
   struct Bounds {
-    std::uint16_t least;
+    std::uint16_t least;     ///< a lost pixel between two others counts as the lesser of both
     std::uint16_t most;
+    std::uint16_t most_gap;  ///< the most of `gap_free_m`
   };
 
   /// Elements of padding behind each row: vector loads may run past a row's end. The first repeats column 0.
@@ -36,7 +37,7 @@ struct RangeImage {
   /// while the sensor was moving: such a pixel answers only who asks with that end's pose.
   std::vector<float> free_m;
   /// [num_rows - 1 x stride] Least of a pixel, the one right of it and the two below them: what all four beams around a
-  /// direction prove.
+  /// direction prove. A lost pixel between two others proves what the lesser of them does.
   std::vector<float> gap_free_m;
   /// Level k bounds cells of 2^k rows and 2^(k + squaring) columns; rows of cells from the top.
   std::vector<Bounds> pyramid;

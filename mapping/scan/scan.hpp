@@ -24,6 +24,7 @@ struct ScanGeometry {
   int num_columns = 0;
   std::vector<Eigen::Vector3f> direction_L;  ///< [num_beams x num_columns], unit length
   std::vector<Eigen::Vector3f> origin_L;     ///< [num_beams x num_columns], where the beam's range is zero, metres
+  std::vector<int> pixel_shift;              ///< [num_beams], columns to shift a row so that azimuths line up
   /// The way back from a point to a pixel; without it, scans are integrated beam by beam.
   std::optional<SphericalProjection> projection;
 };

@@ -129,6 +129,10 @@ std::optional<SphericalProjection> fit_projection(int num_beams, int num_columns
     projection.sin_azimuth.push_back(static_cast<float>(std::sin(image_azimuth0 + step * column)));
   }
   projection.row_of_sine = make_row_table(projection.rows);
+  for (int row = 1; row < num_beams; ++row) {
+    const float pitch = projection.rows[row - 1].elevation_rad - projection.rows[row].elevation_rad;
+    projection.max_rows_per_rad = std::max(projection.max_rows_per_rad, 1 / pitch);
+  }
   if (num_beams > 1) {
     const double pitch =
         double{projection.rows.front().elevation_rad - projection.rows.back().elevation_rad} / (num_beams - 1);

@@ -35,6 +35,7 @@ struct SphericalProjection {
   float ring_height_m = 0;
   float azimuth0_rad = 0;
   float columns_per_rad = 0;  ///< negative for a sensor that turns clockwise, seen from above
+  float max_rows_per_rad = 0; ///< where rows are closest together
   int max_shift = 0;          ///< largest distance of a row's columns from the image's, either way round
   int squaring = 0;           ///< 2^squaring columns are about as far apart as two rows
   std::vector<Row> rows;

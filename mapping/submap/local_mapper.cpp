@@ -24,7 +24,7 @@ LocalMapper::LocalMapper(const Config& config, VoxelStore& store)
     : config_(config),
       pools_(store),
       integrator_(config.voxel),
-      placed_(static_cast<std::size_t>(config.scan.max_points)),
+      beams_(static_cast<std::size_t>(config.scan.max_points)),
       cloud_(config.spawn, static_cast<std::size_t>(config.memory.max_cloud_points)) {
   spare_slots_.reserve(static_cast<std::size_t>(config.memory.max_submaps));
 }
@@ -81,7 +81,7 @@ bool LocalMapper::place(const Scan& scan, ScanOutcome& outcome) {
   outcome.T_M_L = T_M_L_;
   outcome.node = scan.node;
   if (active_ != nullptr) {
-    outcome.returns_declined = placed_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
+    outcome.returns_declined = beams_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
   }
   return true;
 }
@@ -97,7 +97,7 @@ double LocalMapper::present_shift_m(const Scan& scan) const {
   return displacement_m(last_.T_S_L.inverse() * active_->T_M_S.inverse() * node->T_M_N * last_.T_R_L);
 }
 
-void LocalMapper::filter_cloud() { cloud_.filter(placed_, T_S_C_.inverse().cast<float>()); }
+void LocalMapper::filter_cloud() { cloud_.filter(beams_, T_S_C_.inverse().cast<float>()); }
 
 bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   if (active_ == nullptr) return spawn(scan, next_reason_, outcome);
@@ -144,7 +144,7 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
 
   travel_m_ = cloud_travel_m_ = 0;
   T_S_C_ = Pose::Identity();
-  outcome.returns_declined = placed_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
+  outcome.returns_declined = beams_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
   if (!config_.baseline) {
     filter_cloud();
     cloud_.restart();
@@ -154,11 +154,11 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
 
 void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
   outcome.submap = active_->id;
-  outcome.num_returns = placed_.num_returns();
+  outcome.num_returns = beams_.num_returns();
   active_->note_node(scan.node);
   const Pose T_S_L_now = T_S_L();
   const IntegrationResult result =
-      integrator_.integrate(placed_, T_S_L_now.translation().cast<float>(), pools_, active_->volume);
+      integrator_.integrate(beams_, T_S_L_now.translation().cast<float>(), pools_, active_->volume);
   active_->path.add(T_S_L_now.translation().cast<float>());
   outcome.voxels_declined = result.voxels_declined;
   last_ = {true, scan.node, T_S_L_now, T_R_L_, scan.T_O_L};

@@ -7,7 +7,7 @@
 #include "mapping/core/config.hpp"
 #include "mapping/graph/graph_revision.hpp"
 #include "mapping/integrate/scan_integrator.hpp"
-#include "mapping/scan/placed_scan.hpp"
+#include "mapping/scan/scan_beams.hpp"
 #include "mapping/scan/scan.hpp"
 #include "mapping/submap/submap.hpp"
 #include "mapping/submap/submap_cloud.hpp"
@@ -87,7 +87,7 @@ class LocalMapper {
   Config config_;
   VoxelPools pools_;
   ScanIntegrator integrator_;
-  PlacedScan placed_;
+  ScanBeams beams_;
   SubmapCloud cloud_;
   std::vector<Submap*> spare_slots_;
   const GraphRevision* revision_ = nullptr;

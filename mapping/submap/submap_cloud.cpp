@@ -20,7 +20,7 @@ SubmapCloud::SubmapCloud(const SpawnConfig& config, std::size_t max_points)
   for (Pending& pending : pending_) pending.points.reserve(kMaxFilteredPoints);
 }
 
-void SubmapCloud::filter(const PlacedScan& scan, const Eigen::Isometry3f& T_C_S) {
+void SubmapCloud::filter(const ScanBeams& scan, const Eigen::Isometry3f& T_C_S) {
   scan_filter_.clear();
   filtered_.clear();
   for (std::size_t i = 0; i < scan.num_returns(); ++i) {

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 
 #include "mapping/core/config.hpp"
-#include "mapping/scan/placed_scan.hpp"
+#include "mapping/scan/scan_beams.hpp"
 #include "mapping/submap/covisibility_grid.hpp"
 #include "mapping/submap/point_grid.hpp"
 
@@ -31,7 +31,7 @@ class SubmapCloud {
 
   /// Voxel-filters the returns of a scan; what follows refers to them.
   /// @param T_C_S  takes the scan's frame to the cloud's
-  void filter(const PlacedScan& scan, const Eigen::Isometry3f& T_C_S);
+  void filter(const ScanBeams& scan, const Eigen::Isometry3f& T_C_S);
   /// R_point: share of the filtered scan's points whose nearest point of the cloud is closer than sqrt(3) x filter.
   /// 1 for a scan without points: it cannot ask for a new submap.
   /// @param established_only  leave out the part of the cloud that was seen in too few scans

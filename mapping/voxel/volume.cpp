@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 namespace cloister {
@@ -79,27 +80,56 @@ Block* Volume::make_block(VoxelPools& pools, Chunk& chunk, std::uint32_t& place)
   const PoolIndex index = pools.blocks.try_acquire();
   if (index == kNoIndex) return nullptr;
   Block& block = pools.store.block(index);
-  std::memset(block.voxels, uniform_value(place), sizeof(block.voxels));
+  const BlockView node = view_of(pools.store, place);
+  if (node.is_uniform()) {
+    std::memset(block.voxels, node.coarse, sizeof(block.voxels));
+  } else {
+    for (int i = 0; i < kBlockVoxels; i += kOctantEdge) std::memset(block.voxels + i, node.at(i), kOctantEdge);
+  }
   set_place(chunk, place, kBlockFlag | index);
   ++num_blocks_;
   return &block;
 }
 
-void Volume::set_uniform(VoxelPools& pools, Chunk& chunk, std::uint32_t& place, LogOdds value) {
+void Volume::set_coarse(VoxelPools& pools, Chunk& chunk, std::uint32_t& place, LogOdds value, OctantMask known) {
   if (has_block(place)) {
     pools.blocks.release(block_index(place));
     --num_blocks_;
   }
-  set_place(chunk, place, uniform_place(value));
+  set_place(chunk, place, coarse_place(value, known));
 }
 
 bool Volume::settle_block(VoxelPools& pools, Chunk& chunk, std::uint32_t& place) {
   if (!has_block(place)) return false;
   const Block& block = pools.store.block(block_index(place));
-  const auto [lowest, highest] = std::minmax_element(std::begin(block.voxels), std::end(block.voxels));
-  const bool is_coarse = *highest < 0 || *lowest > 0 || (*lowest == 0 && *highest == 0);
-  if (!is_coarse) return false;
-  set_uniform(pools, chunk, place, *highest < 0 ? *highest : *lowest);
+  LogOdds lowest[8], highest[8];
+  for (int octant = 0; octant < 8; ++octant) {
+    const int first = index_in_block((octant & 1) * kOctantEdge, (octant >> 1 & 1) * kOctantEdge, (octant >> 2) * kOctantEdge);
+    lowest[octant] = highest[octant] = block.voxels[first];
+    for (int z = 0; z < kOctantEdge; ++z) {
+      for (int y = 0; y < kOctantEdge; ++y) {
+        const LogOdds* row = block.voxels + first + index_in_block(0, y, z);
+        for (int x = 0; x < kOctantEdge; ++x) {
+          lowest[octant] = std::min(lowest[octant], row[x]);
+          highest[octant] = std::max(highest[octant], row[x]);
+        }
+      }
+    }
+  }
+  if (*std::min_element(lowest, lowest + 8) > 0) {
+    set_coarse(pools, chunk, place, *std::min_element(lowest, lowest + 8), kAllOctants);
+    return true;
+  }
+  LogOdds weakest = std::numeric_limits<LogOdds>::min();
+  unsigned known = 0;
+  for (int octant = 0; octant < 8; ++octant) {
+    const bool is_unknown = lowest[octant] == kUnknownLogOdds && highest[octant] == kUnknownLogOdds;
+    if (!is_unknown && highest[octant] >= 0) return false;
+    if (is_unknown) continue;
+    known |= 1u << octant;
+    weakest = std::max(weakest, highest[octant]);
+  }
+  set_coarse(pools, chunk, place, weakest, static_cast<OctantMask>(known));
   return true;
 }
 

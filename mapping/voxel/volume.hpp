@@ -9,8 +9,8 @@
 
 namespace cloister {
 
-/// The occupancy volume of one submap: a hash table of chunks, each with 8x8x8 places that hold nothing, one value
-/// for a whole block, or the index of a block in the store.
+/// The occupancy volume of one submap: a hash table of chunks, each with 8x8x8 places that hold a coarse node (one value
+/// for those octants of the block that are known, or nothing) or the index of a block in the store.
 ///
 /// Invariant: `num_blocks` and `num_chunks` count what the volume took from the pools and has not given back.
 /// Threads: one owner at a time. Readers need the owner's permission (it is lent through a queue).
@@ -41,12 +41,13 @@ class Volume {
   // Writing.
   /// The place of a block; its chunk is made when missing. Null when the pool of chunks is empty.
   [[nodiscard]] std::uint32_t* make_place(VoxelPools& pools, const BlockCoord& block, Chunk** chunk);
-  /// The block at a place, split from its uniform value if need be. Null when the pool of blocks is empty.
+  /// The block at a place, split from its coarse node if need be. Null when the pool of blocks is empty.
   [[nodiscard]] Block* make_block(VoxelPools& pools, Chunk& chunk, std::uint32_t& place);
-  /// Sets a place to one value for all 512 voxels; returns its block, if it had one, to the pool.
-  void set_uniform(VoxelPools& pools, Chunk& chunk, std::uint32_t& place, LogOdds value);
-  /// Turns the block at a place into a coarse node if it has become one: all voxels free (the weakest of their values
-  /// stays), all occupied, or all unknown. Returns true if it did.
+  /// Sets a place to one value for all voxels of some octants, the others being unknown; returns its block, if it had
+  /// one, to the pool.
+  void set_coarse(VoxelPools& pools, Chunk& chunk, std::uint32_t& place, LogOdds value, OctantMask known);
+  /// Turns the block at a place into a coarse node if it has become one: nothing occupied, and each octant free or
+  /// unknown throughout (the weakest value stays); or all voxels occupied. Returns true if it did.
   bool settle_block(VoxelPools& pools, Chunk& chunk, std::uint32_t& place);
   /// Takes the block out of a place without returning it to the pool: it now belongs to the caller.
   [[nodiscard]] PoolIndex detach_block(Chunk& chunk, std::uint32_t& place);
@@ -63,19 +64,25 @@ class Volume {
     return num_blocks_ * sizeof(Block) + num_chunks_ * sizeof(Chunk) + sizeof(Volume);
   }
 
-  // Places: the top bit tells a block's index from a uniform value.
+  // Places: the top bit tells a block's index from a coarse node, whose low byte is its value and whose second byte says
+  // which octants are known.
   static constexpr std::uint32_t kBlockFlag = 0x80000000u;
   [[nodiscard]] static constexpr bool has_block(std::uint32_t place) { return (place & kBlockFlag) != 0; }
   [[nodiscard]] static constexpr PoolIndex block_index(std::uint32_t place) { return place & ~kBlockFlag; }
-  [[nodiscard]] static constexpr LogOdds uniform_value(std::uint32_t place) {
+  [[nodiscard]] static constexpr LogOdds coarse_value(std::uint32_t place) {
     return static_cast<LogOdds>(static_cast<std::uint8_t>(place));
   }
-  [[nodiscard]] static constexpr std::uint32_t uniform_place(LogOdds value) {
-    return static_cast<std::uint8_t>(value);
+  [[nodiscard]] static constexpr OctantMask known_octants(std::uint32_t place) {
+    return static_cast<OctantMask>(place >> 8);
+  }
+  /// Nothing at all, if either says so.
+  [[nodiscard]] static constexpr std::uint32_t coarse_place(LogOdds value, OctantMask known) {
+    if (value == kUnknownLogOdds || known == kNoOctants) return 0;
+    return static_cast<std::uint8_t>(value) | std::uint32_t{known} << 8;
   }
   [[nodiscard]] static BlockView view_of(const VoxelStore& store, std::uint32_t place) {
-    return has_block(place) ? BlockView{&store.block(block_index(place)), kUnknownLogOdds}
-                            : BlockView{nullptr, uniform_value(place)};
+    if (has_block(place)) return {&store.block(block_index(place)), kUnknownLogOdds, kNoOctants};
+    return {nullptr, coarse_value(place), known_octants(place)};
   }
 
  private:

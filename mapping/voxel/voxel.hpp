@@ -56,13 +56,30 @@ static_assert(sizeof(Block) == 512);
   return {c.x() >> kBlockShift, c.y() >> kBlockShift, c.z() >> kBlockShift};
 }
 
-/// What a block's place in a submap holds: nothing, one value for all 512 voxels (a coarse node), or a Block.
-struct BlockView {
-  const Block* block = nullptr;  ///< the voxels, or null when all 512 are `uniform`
-  LogOdds uniform = kUnknownLogOdds;
+/// Which of a block's eight octants of 4x4x4 voxels: bit x + 2 y + 4 z. 0 = none.
+using OctantMask = std::uint8_t;
+inline constexpr OctantMask kNoOctants = 0;
+inline constexpr OctantMask kAllOctants = 0xff;
+inline constexpr int kOctantEdge = 4;     ///< voxels
+inline constexpr int kOctantVoxels = 64;
 
-  [[nodiscard]] bool is_unknown() const { return block == nullptr && uniform == kUnknownLogOdds; }
-  [[nodiscard]] LogOdds at(int index) const { return block != nullptr ? block->voxels[index] : uniform; }
+/// Octant of a voxel, by its index in the block.
+[[nodiscard]] constexpr int octant_of(int index) { return (index >> 2 & 1) | (index >> 4 & 2) | (index >> 6 & 4); }
+
+/// What a block's place in a submap holds: a Block, or a coarse node, which is one value for those of its octants that
+/// are known.
+struct BlockView {
+  const Block* block = nullptr;  ///< the voxels, or null for a coarse node
+  LogOdds coarse = kUnknownLogOdds;
+  OctantMask known = kNoOctants;  ///< of a coarse node; `coarse` is 0 when there are none
+
+  [[nodiscard]] bool is_unknown() const { return block == nullptr && known == kNoOctants; }
+  /// One value for all 512 voxels?
+  [[nodiscard]] bool is_uniform() const { return block == nullptr && (known == kNoOctants || known == kAllOctants); }
+  [[nodiscard]] LogOdds at(int index) const {
+    if (block != nullptr) return block->voxels[index];
+    return (known >> octant_of(index) & 1) != 0 ? coarse : kUnknownLogOdds;
+  }
 };
 
 }  // namespace cloister

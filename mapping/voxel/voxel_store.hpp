@@ -15,7 +15,7 @@ inline constexpr PoolIndex kNoIndex = 0xffffffffu;
 
 /// 8x8x8 places for blocks (4.16 m at 6.5 cm). Chunks of one volume hang in its hash buckets as linked lists.
 ///
-/// A place is a uniform value (0 = unknown) or the index of a block: see `Volume`.
+/// A place is a coarse node (0 = unknown) or the index of a block: see `Volume`.
 struct Chunk {
   std::int32_t x, y, z;          ///< chunk coordinate
   PoolIndex next_in_bucket;      ///< chain of the volume's hash bucket

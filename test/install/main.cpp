@@ -18,9 +18,9 @@ int main() {
   scan.kind = cloister::Scan::Kind::kCloud;
   scan.points_L = {{5.0F, 0.01F, 0.01F}};
   scan.poses = {{{0}, cloister::Pose::Identity()}};
-  cloister::PlacedScan placed(scan.points_L.size());
-  placed.assign(scan, cloister::Pose::Identity(), config);
-  integrator.integrate(placed, Eigen::Vector3f::Zero(), pools, volume);
+  cloister::ScanBeams beams(scan.points_L.size());
+  beams.assign(scan, cloister::Pose::Identity(), config);
+  integrator.integrate(beams, Eigen::Vector3f::Zero(), pools, volume);
 
   const auto at = [&](float x_m) {
     return int{volume.at(store, {static_cast<int>(x_m / config.voxel_size_m), 0, 0})};

@@ -39,9 +39,9 @@ struct Ray {
 /// An organised scan whose geometry has a projection becomes a RangeImage; any other becomes rays, one a beam, whose
 /// stretch is one voxel: without neighbours nothing is known of the surface.
 /// Threads: one owner. Real-time: `assign` does not allocate; O(pixels).
-class PlacedScan {
+class ScanBeams {
  public:
-  explicit PlacedScan(std::size_t max_points);
+  explicit ScanBeams(std::size_t max_points);
 
   /// Replaces the content by the beams of `scan`, each placed by the sensor's pose at its own column's stamp.
   /// @param T_S_R  pose of the scan's reference frame R (its node, or O) in the submap

@@ -1,4 +1,4 @@
-#include "mapping/scan/placed_scan.hpp"
+#include "mapping/scan/scan_beams.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,7 @@ Pose pose_at(const std::vector<PoseSample>& poses, SensorTime stamp, std::size_t
   return interpolate(before.T_R_L, after.T_R_L, static_cast<double>((stamp - before.stamp).ns) / span_ns);
 }
 
-PlacedScan::PlacedScan(std::size_t max_points) : max_points_(max_points) {
+ScanBeams::ScanBeams(std::size_t max_points) : max_points_(max_points) {
   image_.reserve(max_points);
   rays_.reserve(max_points);
   for (std::vector<float>* returns : {&x_S_, &y_S_, &z_S_}) returns->resize(max_points + kStorePadding);
@@ -40,7 +40,7 @@ PlacedScan::PlacedScan(std::size_t max_points) : max_points_(max_points) {
   column_pose_.reserve(kPoseEntries * 2 * max_points);
 }
 
-void PlacedScan::place_columns(const Scan& scan, const Pose& T_S_R) {
+void ScanBeams::place_columns(const Scan& scan, const Pose& T_S_R) {
   const int columns = scan.geometry->num_columns;
   const std::size_t stride = 2 * static_cast<std::size_t>(columns);
   column_pose_.resize(kPoseEntries * stride);
@@ -74,7 +74,7 @@ void PlacedScan::place_columns(const Scan& scan, const Pose& T_S_R) {
   }
 }
 
-void PlacedScan::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
+void ScanBeams::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
   const SphericalProjection& projection = *scan.geometry->projection;
   const int columns = projection.num_columns;
   const int rows = projection.num_rows();
@@ -137,7 +137,7 @@ void PlacedScan::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelCo
   image_.build_bounds(static_cast<float>(config.max_range_m));
 }
 
-void PlacedScan::add_ray(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& direction_S, float range_m,
+void ScanBeams::add_ray(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& direction_S, float range_m,
                          const VoxelConfig& config) {
   if (rays_.size() == max_points_) {
     ++num_declined_;
@@ -157,7 +157,7 @@ void PlacedScan::add_ray(const Eigen::Vector3f& origin_S, const Eigen::Vector3f&
   ++num_returns_;
 }
 
-void PlacedScan::assign_beams(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
+void ScanBeams::assign_beams(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
   const ScanGeometry& geometry = *scan.geometry;
   std::size_t hint = 0;
   for (int column = 0; column < geometry.num_columns; ++column) {
@@ -174,7 +174,7 @@ void PlacedScan::assign_beams(const Scan& scan, const Pose& T_S_R, const VoxelCo
   }
 }
 
-void PlacedScan::assign_cloud(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
+void ScanBeams::assign_cloud(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
   std::size_t hint = 0;
   const Pose T_S_L = T_S_R * pose_at(scan.poses, scan.stamp, hint);
   const Eigen::Matrix3f R_S_L = T_S_L.linear().cast<float>();
@@ -187,7 +187,7 @@ void PlacedScan::assign_cloud(const Scan& scan, const Pose& T_S_R, const VoxelCo
   }
 }
 
-std::size_t PlacedScan::assign(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
+std::size_t ScanBeams::assign(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
   rays_.clear();
   image_.projection = nullptr;
   num_returns_ = 0;
