@@ -4,6 +4,7 @@
 
 #include "bench/simulate/campus.hpp"
 #include "bench/simulate/house.hpp"
+#include "bench/simulate/small_rooms.hpp"
 
 namespace cloister {
 
@@ -16,10 +17,11 @@ bool World::is_solid(const Eigen::Vector3d& p_W) const {
                      [&](const ConvexPart& part) { return part.contains(mesh, p); });
 }
 
-std::vector<std::string> world_names() { return {"house", "campus"}; }
+std::vector<std::string> world_names() { return {"house", "small-rooms", "campus"}; }
 
 Result<World> make_world(const std::string& name, std::uint64_t seed) {
   if (name == "house") return make_house(seed);
+  if (name == "small-rooms") return make_small_rooms(seed);
   if (name == "campus") return make_campus(seed);
   std::string names;
   for (const std::string& known : world_names()) names += (names.empty() ? "" : ", ") + known;
