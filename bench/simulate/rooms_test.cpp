@@ -111,5 +111,28 @@ TEST_CASE("six rounds lead through all nine small rooms, three in each direction
   }
 }
 
+TEST_CASE("the three storeys are solid where their mesh says so, and walked without touching") {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) check_world("three-storey", seed);
+}
+
+TEST_CASE("every room of the three storeys is visited, and the way ends where it began") {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    CAPTURE(seed);
+    const auto world = make_world("three-storey", seed);
+    REQUIRE(world);
+    const Trajectory truth = walk_through(*world, seed);
+    std::map<int, int> rooms_of_storey;
+    for (const Room& room : world->rooms) {
+      CAPTURE(room.name);
+      CHECK(visits(room, truth) >= 1);
+      ++rooms_of_storey[room.storey];
+    }
+    CHECK(rooms_of_storey == std::map<int, int>{{-1, 6}, {0, 10}, {1, 10}});
+    const Eigen::Vector3d gap =
+        truth.poses.back().translation() - truth.poses.front().translation();
+    CHECK(gap.norm() < 0.3);
+  }
+}
+
 }  // namespace
 }  // namespace cloister
