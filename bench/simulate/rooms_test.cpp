@@ -29,6 +29,13 @@ int visits(const Room& room, const Trajectory& truth) {
   return count;
 }
 
+double length_of(const Trajectory& truth) {
+  double length = 0.0;
+  for (std::size_t k = 1; k < truth.poses.size(); ++k)
+    length += (truth.poses[k].translation() - truth.poses[k - 1].translation()).norm();
+  return length;
+}
+
 /// What holds for every network of rooms: built of boxes whose surface is the mesh, a way that
 /// touches nothing and never leaves the rooms and stairs.
 void check_world(const char* name, std::uint64_t seed) {
@@ -131,6 +138,30 @@ TEST_CASE("every room of the three storeys is visited, and the way ends where it
     const Eigen::Vector3d gap =
         truth.poses.back().translation() - truth.poses.front().translation();
     CHECK(gap.norm() < 0.3);
+  }
+}
+
+TEST_CASE("the large rooms are solid where their mesh says so, and walked without touching") {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) check_world("large-rooms", seed);
+}
+
+TEST_CASE("700 m lead through all large rooms and back to the middle hall ten times") {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    CAPTURE(seed);
+    const auto world = make_world("large-rooms", seed);
+    REQUIRE(world);
+    CHECK(world->rooms.size() == 49);
+    const Trajectory truth = walk_through(*world, seed);
+    CHECK(length_of(truth) == doctest::Approx(700.0).epsilon(0.05));
+    int halls = 0;
+    for (const Room& room : world->rooms) {
+      CAPTURE(room.name);
+      // It begins in the middle hall, which is no way of coming back to it.
+      CHECK(visits(room, truth) >= (room.name == "middle hall" ? 11 : 1));
+      const Eigen::Vector3d size = room.max_W - room.min_W;
+      halls += size.x() > 11.8 && size.x() < 12.0 && size.y() > 17.8 ? 1 : 0;
+    }
+    CHECK(halls == 3);
   }
 }
 
