@@ -8,8 +8,8 @@
 namespace cloister {
 namespace {
 
-constexpr double kWidth = 760;
-constexpr double kLeft = 150, kRight = 690;
+constexpr double kWidth = 820;
+constexpr double kLeft = 150, kRight = 650;
 constexpr double kTop = 56, kBarHeight = 16, kBarStep = 22, kGroupGap = 14;
 
 std::vector<std::string_view> split(std::string_view line) {
