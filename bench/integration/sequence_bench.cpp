@@ -44,7 +44,8 @@ class Sequence {
 
   [[nodiscard]] const std::vector<PlacedScan>& kept() const { return kept_; }
   [[nodiscard]] bool is_held_out(std::int64_t position) const {
-    return options_.hold_out > 0 && position % options_.hold_out == options_.hold_out - 1;
+    // In the middle of its stretch: the map has seen what lies on either side.
+    return options_.hold_out > 0 && position % options_.hold_out == options_.hold_out / 2;
   }
   [[nodiscard]] const MissionScans& scans() const { return scans_; }
 
@@ -90,7 +91,9 @@ std::int64_t run_octomap(const SequenceOptions& options, const Sequence& sequenc
   double cpu_s = 0;
   std::int64_t position = 0;
   for (const PlacedScan& placed : sequence.kept()) {
-    const bool is_over = options.octomap_scans < 0 && cpu_s >= options.octomap_s;
+    // One held-out scan is needed at least, for a judgement.
+    const bool is_over =
+        options.octomap_scans < 0 && cpu_s >= options.octomap_s && position >= options.hold_out;
     if (is_over) break;
     if (sequence.is_held_out(position++)) {
       append_beams(placed, options, held_out);

@@ -20,7 +20,7 @@ struct SequenceOptions {
   std::int64_t hold_out = 10;  ///< every so many-th scan is kept for judging; 0 = none
   int beam_stride = 7;         ///< of a held-out scan, every so many-th pixel is judged
   std::int64_t octomap_scans =
-      -1;  ///< scans to read for the comparison; -1 = as many as fit into octomap_s
+      -1;  ///< scans to read for the comparison; -1 = until octomap_s is used up, and one scan is held out
   double octomap_s = 60;
   std::int64_t warm_up = 20;
   std::size_t truth_points = 100'000;  ///< 0 = do not compare with the truth

@@ -7,6 +7,7 @@
 #include "bench/simulate/furniture.hpp"
 #include "bench/simulate/path_writer.hpp"
 #include "bench/simulate/random_stream.hpp"
+#include "bench/simulate/stairs.hpp"
 
 namespace cloister {
 
@@ -28,12 +29,10 @@ constexpr double kUpperHeight = 2.5;
 constexpr double kSlab = 0.25;
 constexpr double kSensorHeight = 1.1;
 
-constexpr int kSteps = 15;
-constexpr double kRise = kUpperFloor / kSteps;
-constexpr double kTread = 0.28;
 constexpr double kStairsSouth = 2.5;
-constexpr double kStairsNorth = kStairsSouth + kSteps * kTread;
 constexpr double kStairsWest = 6.45;
+constexpr Flight kStairs{kStairsWest, kHallEast - kWallHalf, kStairsSouth, 0.0, kUpperFloor};
+constexpr double kStairsNorth = kStairs.north_y();
 constexpr double kStairsMiddle = 6.98;
 constexpr double kHoleWest = 6.40;
 constexpr double kHoleSouth = 2.9;
@@ -95,23 +94,12 @@ void add_slabs_and_stairs(std::vector<BoxSolid>* solids) {
                                     kFloorAlbedo);
   };
   solids->push_back(slab(-kSlab));
-  append_slab_with_hole(
-      slab(kCeiling),
-      BoxSolid::from_corners_m({kHoleWest, kHoleSouth, kCeiling},
-                               {kHallEast - kWallHalf, kStairsNorth, kUpperFloor}, 0.0F),
-      solids);
+  const BoxSolid hole = BoxSolid::from_corners_m(
+      {kHoleWest, kHoleSouth, kCeiling}, {kHallEast - kWallHalf, kStairsNorth, kUpperFloor}, 0.0F);
+  append_slab_with_hole(slab(kCeiling), hole, solids);
   solids->push_back(slab(kUpperFloor + kUpperHeight));
-  for (int step = 0; step < kSteps; ++step) {
-    const double y = kStairsSouth + step * kTread;
-    solids->push_back(BoxSolid::from_corners_m(
-        {kStairsWest, y, 0.0}, {kHallEast - kWallHalf, y + kTread, (step + 1) * kRise}, kWood));
-  }
-  // Balustrade around the hole, open to the north where the stairs arrive.
-  solids->push_back(BoxSolid::from_corners_m({kHoleWest - 0.05, kHoleSouth - 0.05, kUpperFloor},
-                                             {kHoleWest, kStairsNorth, kUpperFloor + 0.9}, kWood));
-  solids->push_back(BoxSolid::from_corners_m({kHoleWest, kHoleSouth - 0.05, kUpperFloor},
-                                             {kHallEast - kWallHalf, kHoleSouth, kUpperFloor + 0.9},
-                                             kWood));
+  append_flight(kStairs, kWood, solids);
+  append_balustrade(hole, HoleWall::kEast, kUpperFloor, kWood, solids);
 }
 
 std::vector<Room> list_rooms() {

@@ -4,6 +4,9 @@
 
 #include "bench/simulate/campus.hpp"
 #include "bench/simulate/house.hpp"
+#include "bench/simulate/large_rooms.hpp"
+#include "bench/simulate/small_rooms.hpp"
+#include "bench/simulate/three_storey.hpp"
 
 namespace cloister {
 
@@ -16,10 +19,15 @@ bool World::is_solid(const Eigen::Vector3d& p_W) const {
                      [&](const ConvexPart& part) { return part.contains(mesh, p); });
 }
 
-std::vector<std::string> world_names() { return {"house", "campus"}; }
+std::vector<std::string> world_names() {
+  return {"house", "small-rooms", "large-rooms", "three-storey", "campus"};
+}
 
 Result<World> make_world(const std::string& name, std::uint64_t seed) {
   if (name == "house") return make_house(seed);
+  if (name == "small-rooms") return make_small_rooms(seed);
+  if (name == "large-rooms") return make_large_rooms(seed);
+  if (name == "three-storey") return make_three_storey(seed);
   if (name == "campus") return make_campus(seed);
   std::string names;
   for (const std::string& known : world_names()) names += (names.empty() ? "" : ", ") + known;
