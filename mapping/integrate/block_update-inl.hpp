@@ -35,6 +35,30 @@ HWY_INLINE LogOdds HighestIn(const Block& block) {
   return result;
 }
 
+/// Octants in which some voxel is occupied.
+HWY_INLINE OctantMask OccupiedOctants(const Block& block) {
+  const LogOddsTag d;
+  const auto zero = hn::Zero(d);
+  unsigned octants = 0;
+  for (int half = 0; half < 2; ++half) {
+    // Four slices in one: bit x + 8 y of an octant's rows.
+    std::uint64_t slices = 0;
+    for (int z = half * kOctantEdge; z < (half + 1) * kOctantEdge; ++z) {
+      std::uint64_t bits[2] = {};
+      for (int i = 0; i < kBlockEdge * kBlockEdge; i += static_cast<int>(hn::Lanes(d))) {
+        const auto values = hn::Load(d, block.voxels + z * kBlockEdge * kBlockEdge + i);
+        hn::StoreMaskBits(d, values > zero, reinterpret_cast<std::uint8_t*>(bits) + i / 8);
+      }
+      slices |= bits[0];
+    }
+    for (int octant = 0; octant < 4; ++octant) {
+      const std::uint64_t rows = std::uint64_t{0x0f0f0f0f} << ((octant & 1) * 4 + (octant >> 1) * 32);
+      octants |= static_cast<unsigned>((slices & rows) != 0) << (octant + 4 * half);
+    }
+  }
+  return static_cast<OctantMask>(octants);
+}
+
 /// Adds a scan's evidence to the voxels of a block; a voxel that is hit is not free. Beams that passed beside a voxel
 /// (`free` without `crossed`) make it free as long as nothing says that it is occupied: they cannot clear it.
 HWY_INLINE void AddEvidence(const Evidence& evidence, const BlockBits& free, const BlockBits& crossed,

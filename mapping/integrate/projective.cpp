@@ -41,6 +41,13 @@ struct NodePose {
   float share;
 };
 
+/// Columns of the image that belong to a pose.
+struct ColumnWindow {
+  int first;
+  int end;
+  bool is_seam;  ///< others belong to another pose
+};
+
 /// Arc tangent of y / x in all four quadrants, to 1e-5 rad (Abramowitz and Stegun, 4.4.47).
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Azimuth(D d, V y, V x) {
@@ -136,8 +143,9 @@ class Carver {
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
     const RangeImage::ColumnPose& pose = *from.pose;
     const float edge_m = static_cast<float>(child_edge) * voxel_m_;
-    const Eigen::Vector3f first_m =
-        (corner.cast<float>().array() + 0.5f * static_cast<float>(child_edge)).matrix() * voxel_m_ - pose.t_S;
+    const float middle = 0.5f * static_cast<float>(child_edge);
+    const auto first = [&](int axis) { return (static_cast<float>(corner[axis]) + middle) * voxel_m_ - pose.t_S[axis]; };
+    const float first_x = first(0), first_y = first(1), first_z = first(2);
     // Half the distance between the outermost voxel centres: what lies beyond them is not asked.
     const float half_m = 0.5f * static_cast<float>(child_edge - 1) * voxel_m_;
     const V half = hn::Set(d, half_m), radius = hn::Set(d, 2 * kHalfDiagonal * half_m);
@@ -147,9 +155,9 @@ class Carver {
     HWY_ALIGN static constexpr float kZ[8] = {0, 0, 0, 0, 1, 1, 1, 1};
     views.free = views.mixed = views.gaps = 0;
     for (int lane = 0; lane < 8; lane += static_cast<int>(hn::Lanes(d))) {
-      const V px = hn::Load(d, kX + lane) * hn::Set(d, edge_m) + hn::Set(d, first_m.x());
-      const V py = hn::Load(d, kY + lane) * hn::Set(d, edge_m) + hn::Set(d, first_m.y());
-      const V pz = hn::Load(d, kZ + lane) * hn::Set(d, edge_m) + hn::Set(d, first_m.z());
+      const V px = hn::Load(d, kX + lane) * hn::Set(d, edge_m) + hn::Set(d, first_x);
+      const V py = hn::Load(d, kY + lane) * hn::Set(d, edge_m) + hn::Set(d, first_y);
+      const V pz = hn::Load(d, kZ + lane) * hn::Set(d, edge_m) + hn::Set(d, first_z);
       const auto rotate = [&](int i) HWY_ATTR {
         return hn::Set(d, pose.R_L_S[i][0]) * px + hn::Set(d, pose.R_L_S[i][1]) * py +
                hn::Set(d, pose.R_L_S[i][2]) * pz;
@@ -229,6 +237,8 @@ class Carver {
       hn::Store(row1, di, bottoms);
       hn::Store(column0, di, lefts);
       hn::Store(column1, di, rights);
+      // Bounds of four cells at once: the least of all, and the most of all.
+      const hn::CappedTag<std::uint16_t, 4> du;
       HWY_ALIGN float least[8], most[8], most_gap[8];
       for (std::size_t i = 0; i < hn::Lanes(d); ++i) {
         const int k = levels[i];
@@ -238,10 +248,14 @@ class Carver {
         const RangeImage::Bounds* upper = cell + (tops[i] >> k) * cells;
         const RangeImage::Bounds* lower = cell + (bottoms[i] >> k) * cells;
         const int c0 = (lefts[i] >> shift) & (cells - 1), c1 = (rights[i] >> shift) & (cells - 1);
-        const auto &a = upper[c0], &b = upper[c1], &e = lower[c0], &f = lower[c1];
-        least[i] = std::min(std::min(a.least, b.least), std::min(e.least, f.least));
-        most[i] = std::max(std::max(a.most, b.most), std::max(e.most, f.most));
-        most_gap[i] = std::max(std::max(a.most_gap, b.most_gap), std::max(e.most_gap, f.most_gap));
+        const auto e0 = hn::LoadU(du, &upper[c0].least), e1 = hn::LoadU(du, &upper[c1].least);
+        const auto e2 = hn::LoadU(du, &lower[c0].least), e3 = hn::LoadU(du, &lower[c1].least);
+        HWY_ALIGN std::uint16_t low[4] = {}, high[4] = {};
+        hn::Store(hn::Min(hn::Min(e0, e1), hn::Min(e2, e3)), du, low);
+        hn::Store(hn::Max(hn::Max(e0, e1), hn::Max(e2, e3)), du, high);
+        least[i] = low[0];
+        most[i] = high[1];
+        most_gap[i] = high[2];
       }
       const V unit = hn::Set(d, image_.unit_m);
       const V least_m = hn::Load(d, least) * unit, most_m = hn::Load(d, most) * unit;
@@ -369,10 +383,7 @@ class Carver {
     if (from.share < 1) {
       for (unsigned open = views.mixed & views.gaps & ~unsigned{known}; open != 0; open &= open - 1) {
         const int child = std::countr_zero(open);
-        BlockBits seen = kNone, crossed = kNone;
-        LookUpVoxels(views, child, VoxelCoord::Zero(), 0, projection_.num_columns, false, seen, crossed);
-        const std::uint64_t all = seen.word[0] & seen.word[1] & seen.word[2] & seen.word[3];
-        free |= static_cast<unsigned>(all == kOctantRows) << child;
+        free |= static_cast<unsigned>(IsSeenThrough(views, child)) << child;
       }
     }
     return static_cast<OctantMask>(free);
@@ -383,12 +394,16 @@ class Carver {
   void LookInto(const VoxelCoord& corner, int index, bool is_free, ScanMarks::Marked* marked, const NodePose& from) {
     ++result_.blocks_mixed;
     BlockBits free = is_free ? kAll : kNone, crossed = kNone;
+    const std::uint32_t place = chunk_ != nullptr ? chunk_->places[index] : 0;
+    const unsigned occupied = Volume::has_block(place)
+                                  ? OccupiedOctants(pools_.store.block(Volume::block_index(place)))
+                                  : Volume::coarse_value(place) > 0 ? kAllOctants : kNoOctants;
+    const int columns = projection_.num_columns;
     if (from.share < 1) {
-      LookUpOctants(corner, {from.pose, 0}, 0, projection_.num_columns, false, free, crossed);
+      LookUpOctants(corner, {from.pose, 0}, {0, columns, false}, occupied, free, crossed);
     } else {
-      const int half = projection_.num_columns / 2;
-      LookUpOctants(corner, {&image_.poses.front(), 0}, 0, half, true, free, crossed);
-      LookUpOctants(corner, {&image_.poses.back(), 0}, half, 2 * half, true, free, crossed);
+      LookUpOctants(corner, {&image_.poses.front(), 0}, {0, columns / 2, true}, occupied, free, crossed);
+      LookUpOctants(corner, {&image_.poses.back(), 0}, {columns / 2, columns, true}, occupied, free, crossed);
     }
     const BlockBits& hit = marked != nullptr ? marked->hit : kNone;
     for (int z = 0; z < kBlockEdge; ++z) free.word[z] &= ~hit.word[z];
@@ -402,97 +417,130 @@ class Carver {
         ApplyToPlace(evidence_, free, crossed, hit, pools_, volume_, *chunk_, chunk_->places[index]);
   }
 
-  /// Looks up a block with one pose, as far as it lies in columns [first_column, end_column).
-  void LookUpOctants(const VoxelCoord& corner, const NodePose& from, int first_column, int end_column, bool is_seam,
+  /// Looks up a block with one pose, as far as its columns belong to it. @param occupied  octants with occupied voxels
+  void LookUpOctants(const VoxelCoord& corner, const NodePose& from, const ColumnWindow& window, unsigned occupied,
                      BlockBits& free, BlockBits& crossed) const {
     NodeViews views;
     ViewChildren(corner, kOctantEdge, from, views);
-    // What is decided for octants is right for one pose only; where two meet, each voxel is asked.
-    const unsigned ask = is_seam ? views.free | views.mixed : views.mixed;
+    // What is decided for octants is right for one pose only; where two meet, each voxel is asked. Elsewhere, only beams
+    // that may see through something, or clear it, are of interest.
+    const unsigned seen = window.is_seam ? 0 : views.free;
+    const unsigned ask = window.is_seam ? views.free | views.mixed
+                                        : (views.mixed & (views.gaps | occupied)) | (views.free & occupied);
     for (int child = 0; child < 8; ++child) {
       const VoxelCoord local = ChildCorner(VoxelCoord::Zero(), kOctantEdge, child);
-      const bool is_free = !is_seam && ((views.free >> child) & 1);
-      if (is_free) {
-        for (int z = 0; z < kOctantEdge; ++z) {
-          free.word[local.z() + z] |= kOctantRows << (local.x() + 8 * local.y());
-        }
+      const int shift = local.x() + 8 * local.y();
+      if ((seen >> child & 1) != 0) {
+        for (int z = 0; z < kOctantEdge; ++z) free.word[local.z() + z] |= kOctantRows << shift;
       }
-      if (is_free || ((ask >> child) & 1)) {
-        LookUpVoxels(views, child, local, first_column, end_column, is_seam, free, crossed);
+      if ((ask >> child & 1) == 0) continue;
+      const OctantLook look(*this, views, child, (occupied >> child & 1) != 0);
+      for (int z = 0; z < kOctantEdge; ++z) {
+        const SliceBits bits = look.Slice(z, window);
+        free.word[local.z() + z] |= Spread(bits.free) << shift;
+        crossed.word[local.z() + z] |= Spread(bits.crossed) << shift;
       }
     }
   }
 
-  /// Looks up the 64 voxels of an octant, the projection linear around its middle.
-  void LookUpVoxels(const NodeViews& views, int child, const VoxelCoord& local, int first_column, int end_column,
-                    bool is_seam, BlockBits& free, BlockBits& crossed) const {
-    const hn::CappedTag<float, 16> d;
-    const hn::RebindToSigned<decltype(d)> di;
-    using V = hn::Vec<decltype(d)>;
-    HWY_ALIGN static constexpr float kX[16] = {-1.5f, -0.5f, 0.5f, 1.5f, -1.5f, -0.5f, 0.5f, 1.5f,
-                                               -1.5f, -0.5f, 0.5f, 1.5f, -1.5f, -0.5f, 0.5f, 1.5f};
-    HWY_ALIGN static constexpr float kY[16] = {-1.5f, -1.5f, -1.5f, -1.5f, -0.5f, -0.5f, -0.5f, -0.5f,
-                                               0.5f,  0.5f,  0.5f,  0.5f,  1.5f,  1.5f,  1.5f,  1.5f};
-    const V zero = hn::Zero(d), half = hn::Set(d, 0.5f), last_row = hn::Set(d, last_row_);
-    // Half a voxel, in columns and rows of the image.
-    const auto width = [&](const float (&step)[3][8]) {
-      return 0.5f * std::sqrt(step[0][child] * step[0][child] + step[1][child] * step[1][child] +
-                              step[2][child] * step[2][child]);
-    };
-    const float half_column = width(views.column_step), half_row = width(views.row_step);
-    const bool is_dense = half_column >= 0.5f && half_row >= 0.5f;
-    const V column_reach = hn::Set(d, half_column), row_reach = hn::Set(d, half_row);
-    const auto mask = hn::Set(di, column_mask_), stride = hn::Set(di, image_.stride);
-    const auto before = hn::Set(di, first_column - 1), end = hn::Set(di, end_column);
+  bool IsSeenThrough(const NodeViews& views, int child) const {
+    const OctantLook look(*this, views, child, false);
     for (int z = 0; z < kOctantEdge; ++z) {
+      if (look.Slice(z, {0, projection_.num_columns, false}).free != 0xffff) return false;
+    }
+    return true;
+  }
+
+  /// Voxels of an octant's slice, bit x + 4 y.
+  struct SliceBits {
+    std::uint32_t free;
+    std::uint32_t crossed;
+  };
+
+  /// Looks up the voxels of an octant, the projection linear around its middle.
+  class OctantLook {
+   public:
+    /// @param has_occupied  which beams have crossed its voxels matters
+    OctantLook(const Carver& carver, const NodeViews& views, int child, bool has_occupied)
+        : carver_(carver), views_(views), child_(child) {
+      // Half a voxel, in columns and rows of the image.
+      const auto width = [&](const float (&step)[3][8]) {
+        return 0.5f * std::sqrt(step[0][child] * step[0][child] + step[1][child] * step[1][child] +
+                                step[2][child] * step[2][child]);
+      };
+      column_reach_ = width(views.column_step);
+      row_reach_ = width(views.row_step);
+      // Where voxels are wider than the image's cells some beam crosses each of them; elsewhere the gaps tell.
+      asks_gaps_ = column_reach_ < 0.5f || row_reach_ < 0.5f;
+      asks_beams_ = has_occupied || !asks_gaps_;
+    }
+
+    SliceBits Slice(int z, const ColumnWindow& window) const {
+      const hn::CappedTag<float, 16> d;
+      const hn::RebindToSigned<decltype(d)> di;
+      using V = hn::Vec<decltype(d)>;
+      HWY_ALIGN static constexpr float kX[16] = {-1.5f, -0.5f, 0.5f, 1.5f, -1.5f, -0.5f, 0.5f, 1.5f,
+                                                 -1.5f, -0.5f, 0.5f, 1.5f, -1.5f, -0.5f, 0.5f, 1.5f};
+      HWY_ALIGN static constexpr float kY[16] = {-1.5f, -1.5f, -1.5f, -1.5f, -0.5f, -0.5f, -0.5f, -0.5f,
+                                                 0.5f,  0.5f,  0.5f,  0.5f,  1.5f,  1.5f,  1.5f,  1.5f};
+      const RangeImage& image = carver_.image_;
+      const V zero = hn::Zero(d), last_row = hn::Set(d, carver_.last_row_);
+      const auto mask = hn::Set(di, carver_.column_mask_), stride = hn::Set(di, image.stride);
+      const auto before = hn::Set(di, window.first - 1), end = hn::Set(di, window.end);
       const float dz = static_cast<float>(z) - 1.5f;
-      std::uint64_t free_bits = 0, crossed_bits = 0;
+      SliceBits bits{0, 0};
       for (int lane = 0; lane < 16; lane += static_cast<int>(hn::Lanes(d))) {
         const V dx = hn::Load(d, kX + lane), dy = hn::Load(d, kY + lane);
         const auto at = [&](const float (&middle)[8], const float (&step)[3][8]) HWY_ATTR {
-          return hn::Set(d, middle[child] + step[2][child] * dz) + hn::Set(d, step[0][child]) * dx +
-                 hn::Set(d, step[1][child]) * dy;
+          return hn::Set(d, middle[child_] + step[2][child_] * dz) + hn::Set(d, step[0][child_]) * dx +
+                 hn::Set(d, step[1][child_]) * dy;
         };
-        const V column = at(views.column, views.column_step), row = at(views.row, views.row_step);
-        const V distance = at(views.distance_m, views.distance_step);
-
-        const V beam_row = hn::Round(row), beam_column = hn::Round(column);
-        const auto in_rows = hn::And(beam_row >= zero, beam_row <= last_row);
-        const auto column_index = hn::ConvertTo(di, beam_column) & mask;
-        const auto row_index = hn::ConvertTo(di, hn::Min(hn::Max(beam_row, zero), last_row));
-        const V proven = hn::GatherIndex(d, image_.free_m.data(), row_index * stride + column_index);
-        auto is_crossed = hn::And(in_rows, hn::And(hn::Abs(row - beam_row) <= row_reach,
-                                                   hn::Abs(column - beam_column) <= column_reach));
-        auto is_in_window = hn::RebindMask(d, hn::And(column_index > before, column_index < end));
-        if (is_seam) {
-          // A pixel that was fired at the other end of the scan belongs to the other pose.
-          const auto is_other = proven < zero;
-          is_in_window = hn::Xor(is_in_window, is_other);
-          is_crossed = hn::And(hn::And(is_crossed, is_in_window), hn::Abs(proven) >= distance);
-        } else {
-          is_crossed = hn::And(is_crossed, proven >= distance);
-        }
-        auto is_free = is_crossed;
-        if (!is_dense) {
-          const V gap_row = hn::Floor(row);
-          const auto gap_in_rows = hn::And(gap_row >= zero, gap_row < last_row);
-          const auto gap_row_index = hn::ConvertTo(di, hn::Min(hn::Max(gap_row, zero), last_row - half - half));
-          const auto gap_column = hn::ConvertTo(di, hn::Floor(column)) & mask;
-          const V gap = hn::GatherIndex(d, image_.gap_free_m.data(), gap_row_index * stride + gap_column);
-          auto is_filled = hn::And(gap_in_rows, gap >= distance);
-          if (is_seam) {
-            is_filled = hn::And(is_filled, hn::RebindMask(d, hn::And(gap_column > before, gap_column < end)));
+        const V column = at(views_.column, views_.column_step), row = at(views_.row, views_.row_step);
+        const V distance = at(views_.distance_m, views_.distance_step);
+        unsigned crossed = 0, filled = 0;
+        if (asks_beams_) {
+          const V beam_row = hn::Round(row), beam_column = hn::Round(column);
+          const auto is_near = hn::And(hn::And(beam_row >= zero, beam_row <= last_row),
+                                       hn::And(hn::Abs(row - beam_row) <= hn::Set(d, row_reach_),
+                                               hn::Abs(column - beam_column) <= hn::Set(d, column_reach_)));
+          const auto column_index = hn::ConvertTo(di, beam_column) & mask;
+          const auto row_index = hn::ConvertTo(di, hn::Min(hn::Max(beam_row, zero), last_row));
+          const V proven = hn::GatherIndex(d, image.free_m.data(), row_index * stride + column_index);
+          auto is_crossed = hn::And(is_near, proven >= distance);
+          if (window.is_seam) {
+            // A pixel that was fired at the other end of the scan belongs to the other pose.
+            const auto is_inside = hn::RebindMask(d, hn::And(column_index > before, column_index < end));
+            is_crossed = hn::And(hn::And(is_near, hn::Xor(is_inside, proven < zero)), hn::Abs(proven) >= distance);
           }
-          is_free = hn::Or(is_free, is_filled);
+          crossed = Bits16(d, is_crossed);
         }
-        free_bits |= std::uint64_t{Bits16(d, is_free)} << lane;
-        crossed_bits |= std::uint64_t{Bits16(d, is_crossed)} << lane;
+        if (asks_gaps_) {
+          const V gap_row = hn::Floor(row);
+          const auto in_rows = hn::And(gap_row >= zero, gap_row < last_row);
+          const auto row_index = hn::ConvertTo(di, hn::Min(hn::Max(gap_row, zero), last_row));
+          const auto column_index = hn::ConvertTo(di, hn::Floor(column)) & mask;
+          const V gap = hn::GatherIndex(d, image.gap_free_m.data(), row_index * stride + column_index);
+          auto is_filled = hn::And(in_rows, gap >= distance);
+          if (window.is_seam) {
+            is_filled = hn::And(is_filled, hn::RebindMask(d, hn::And(column_index > before, column_index < end)));
+          }
+          filled = Bits16(d, is_filled);
+        }
+        bits.free |= (crossed | filled) << lane;
+        bits.crossed |= crossed << lane;
       }
-      const int shift = local.x() + 8 * local.y();
-      free.word[local.z() + z] |= Spread(free_bits) << shift;
-      crossed.word[local.z() + z] |= Spread(crossed_bits) << shift;
+      return bits;
     }
-  }
+
+   private:
+    const Carver& carver_;
+    const NodeViews& views_;
+    int child_;
+    float column_reach_;
+    float row_reach_;
+    bool asks_gaps_;
+    bool asks_beams_;
+  };
 
   template <class D, class M>
   static HWY_INLINE unsigned Bits16(D d, M mask) {
