@@ -1,5 +1,6 @@
 #include "bench/simulate/graph_faults.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
