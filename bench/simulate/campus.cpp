@@ -1,10 +1,10 @@
 #include "bench/simulate/campus.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
-#include "bench/simulate/building.hpp"
 #include "bench/simulate/campus_walk.hpp"
 #include "bench/simulate/facade.hpp"
 #include "bench/simulate/path_writer.hpp"
@@ -39,8 +39,8 @@ constexpr float kTiles = 0.3F;
 /// What is built up one after the other.
 struct Site {
   World world;
-  TriangleMesh plants;
-  std::vector<ConvexPart> plant_parts;
+  TriangleMesh shapes;  ///< plants and roofs
+  std::vector<ConvexPart> shape_parts;
   std::vector<Eigen::Vector3d> path_W;  ///< dense
 
   void box(double x0, double y0, double z0, double x1, double y1, double z1, float albedo) {
@@ -52,9 +52,9 @@ struct Site {
     box(x0, y0, floor - 0.6, x1, y1, floor + height_m, albedo);
   }
   void roof(double x0, double y0, double x1, double y1, double eaves, double ridge) {
-    plant_parts.push_back(append_roof(Eigen::Vector3d(x0, y0, eaves).cast<float>(),
+    shape_parts.push_back(append_roof(Eigen::Vector3d(x0, y0, eaves).cast<float>(),
                                       Eigen::Vector3d(x1, y1, ridge).cast<float>(), kTiles,
-                                      &plants));
+                                      &shapes));
   }
   [[nodiscard]] Eigen::Vector3d on_ground(double x, double y) const {
     return {x, y, world.ground->at(x, y)};
@@ -192,7 +192,7 @@ void add_bounds(RandomStream* random, Site* site) {
   wall(103.0, kQuadSouth, kEast, kQuadSouth + kWall, 0.8);
   const auto hedge = [&](double x0, double y0, double x1, double y1) {
     append_hedge(site->on_ground(x0, y0), site->on_ground(x1, y1), 0.9, random->uniform(1.1, 1.5),
-                 random, &site->plants, &site->plant_parts);
+                 random, &site->shapes, &site->shape_parts);
   };
   for (double x = kParkWest; x < kEast - 1.0; x += 6.0) {
     if (x < 106.0 || x > 111.0) hedge(x, kQuadNorth, std::min(x + 6.0, kEast - 0.5), kQuadNorth);
@@ -213,7 +213,7 @@ void plant_trees(RandomStream* random, Site* site) {
     });
     if (!is_apart || !site->is_clear_of_path(x, y, 1.3)) return;
     trunks.emplace_back(x, y);
-    append_tree(site->on_ground(x, y), random, &site->plants, &site->plant_parts);
+    append_tree(site->on_ground(x, y), random, &site->shapes, &site->shape_parts);
   };
   for (int k = 0; k < kAttempts && trunks.size() < kParkTrees; ++k) {
     try_plant(random->uniform(73.0, kEast - 3.5), random->uniform(33.0, kQuadNorth - 2.0), 4.2);
@@ -307,7 +307,7 @@ World make_campus(std::uint64_t seed) {
   add_street_furniture(&layout, &site);
   site.world.mesh = union_surface(site.world.solids);
   site.world.ground->append_to(ground_albedo, &site.world.mesh);
-  append_parts(site.plants, site.plant_parts, &site.world);
+  append_parts(site.shapes, site.shape_parts, &site.world);
   return std::move(site.world);
 }
 

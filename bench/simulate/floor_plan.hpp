@@ -36,9 +36,9 @@ class FloorPlan {
   /// Appends the walls; to be called when all doorways and windows are known.
   void append_walls(float albedo, std::vector<BoxSolid>* solids) const;
 
-  /// Walks from the first room of the tour into its last one; where the path stands before lies in
-  /// the first room. Consecutive rooms are connected. In between every room is crossed by its middle,
-  /// halls and dead ends by two places; narrow ones straight.
+  /// Walks from the first room of the tour, where the path must stand already, into its last one.
+  /// Consecutive rooms are connected. Rooms in between are crossed by their middle, halls and dead
+  /// ends by two places, narrow ones straight.
   void walk(std::span<const int> tour, RandomStream* random, PathWriter* path) const;
 
   /// The ways through the doorways as points, a metre to both sides.
@@ -47,7 +47,7 @@ class FloorPlan {
   /// The rooms inside their walls, numbered from `first_id`.
   [[nodiscard]] std::vector<Room> rooms(int first_id) const;
 
-  /// Appends a slab below (top at the floor) or above the whole plan, walls included.
+  /// A slab under or over the whole plan, walls included.
   [[nodiscard]] BoxSolid slab(double bottom_m, double top_m, float albedo) const;
 
  private:

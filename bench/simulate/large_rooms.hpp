@@ -7,7 +7,7 @@
 namespace cloister {
 
 /// A storey of 60.4 x 34.4 m: three halls of 12 x 18 m and 42 rooms around four corridors. The path
-/// of some 700 m begins in the middle hall, leaves it ten times and comes back to it: through the
+/// of about 700 m begins in the middle hall, leaves it ten times and comes back to it: through the
 /// rooms of one half of the south or north row, through four rooms beside the hall, or through one
 /// of the other halls.
 ///

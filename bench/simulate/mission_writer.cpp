@@ -185,6 +185,13 @@ std::string format_rooms(const World& world) {
   return rooms.dump(2) + "\n";
 }
 
+std::string format_wrong_closures(const SlamRun& slam) {
+  std::string text = "from,to\n";
+  for (const auto& [from, to] : slam.wrong_closures)
+    text += std::to_string(from) + ',' + std::to_string(to) + '\n';
+  return text;
+}
+
 std::string format_mission(const World& world, const MissionOptions& options) {
   const nlohmann::ordered_json mission = {{"name", world.name + "-" + std::to_string(options.seed)},
                                           {"world", world.name},
@@ -255,6 +262,8 @@ Result<MissionSummary> write_mission(const World& world, Trajectory truth,
   then(root / "odometry.tum", format_tum(odometry));
   then(root / "ground_truth" / "trajectory.tum", format_tum(truth));
   then(root / "ground_truth" / "rooms.json", format_rooms(world));
+  if (!slam.wrong_closures.empty())
+    then(root / "ground_truth" / "wrong_closures.csv", format_wrong_closures(slam));
   for (std::size_t k = 0; k < slam.snapshots.size(); ++k) {
     char name[64];
     std::snprintf(name, sizeof(name), "%06zu_%lld.g2o", k,

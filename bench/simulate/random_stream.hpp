@@ -71,7 +71,8 @@ enum class Purpose : std::uint64_t {
   kOdometry,
   kLoopClosures,
   kBeams,
-  kSampling
+  kSampling,
+  kWrongClosures
 };
 
 [[nodiscard]] inline RandomStream random_stream(std::uint64_t seed, Purpose purpose,

@@ -68,6 +68,16 @@ TEST_CASE(
   CHECK(fs::file_size(scratch / "a" / "lidar.pcap") == 24 + 2 * 32 * (12'616 + 9 * (16 + 14 + 20)));
 }
 
+TEST_CASE("the campus is recorded by an OS1-64, from any minute of its path") {
+  const Scratch scratch;
+  REQUIRE(simulate("campus --out " + (scratch / "a").string() + kFewScans) == 0);
+  REQUIRE(simulate("campus --skip 20 --out " + (scratch / "b").string() + kFewScans) == 0);
+  CHECK(read(scratch / "a" / "metadata.json").find("OS-1-64") != std::string::npos);
+  CHECK(read(scratch / "a" / "ground_truth" / "rooms.json").find("tunnel") != std::string::npos);
+  CHECK(read(scratch / "a" / "ground_truth" / "trajectory.tum") !=
+        read(scratch / "b" / "ground_truth" / "trajectory.tum"));
+}
+
 TEST_CASE("a mission is replaced by a new one, any other directory is left alone") {
   const Scratch scratch;
   const std::string out = " --out " + (scratch / "m").string() + kFewScans;
@@ -115,6 +125,8 @@ TEST_CASE("each kind of mistake has its exit status and one line that names it")
       {"house --minutes -1" + out, 2, "--minutes"},
       {"house --columns 2048 --rate 20" + out, 2, "2048"},
       {"house --bogus" + out, 2, "--bogus"},
+      {"house --skip 90" + out, 2, "--skip"},
+      {"house --wrong-closures 0.7" + out, 2, "--wrong-closures"},
       {"castle" + out, 3, "castle"},
       {bad_ply + out, 2, "--path"},
       {bad_ply + " --path " + (scratch / "path.txt").string() + out, 3, "bad.ply:3:"},

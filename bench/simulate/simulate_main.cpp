@@ -27,6 +27,7 @@ struct CommandLine {
   std::string sensor;  ///< empty: the world's own
   WalkConfig walk;
   MissionOptions mission;
+  double skip_minutes = 0.0;
   int rate_hz = 10;
   int columns = 1024;
   double noise_m = -1.0;
@@ -44,11 +45,13 @@ void declare(CommandLine* line, CLI::App* app) {
   app->add_option(
       "--path", line->path_file,
       "way through the world: a TUM trajectory, or lines of x y z [pause_s] to walk through");
-  app->add_option("--seed", line->mission.seed, "changes furniture, doors, path and noise")
+  app->add_option("--seed", line->mission.seed, "changes doors, furniture, trees, path and noise")
       ->capture_default_str();
   app->add_option("--minutes", line->mission.max_minutes,
                   "end the mission there (default: at the end of the path)")
       ->check(CLI::PositiveNumber);
+  app->add_option("--skip", line->skip_minutes, "begin the mission so many minutes into the path")
+      ->check(CLI::NonNegativeNumber);
   app->add_option("--sensor", line->sensor, "os0-64 or os1-64 (default: the world's own)");
   app->add_option("--rate", line->rate_hz, "revolutions per second")
       ->check(CLI::IsMember({10, 20}))
@@ -73,6 +76,16 @@ void declare(CommandLine* line, CLI::App* app) {
                   "graph nodes per pose-graph snapshot")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  app->add_option("--wrong-closures", line->mission.slam.wrong_closures,
+                  "share of loop closures that are wrong, with information that admits their doubt")
+      ->check(CLI::Range(0.0, 0.5));
+  app->add_option("--confident-wrong-closures", line->mission.slam.confident_wrong_closures,
+                  "share of loop closures that are wrong, with the information of good ones")
+      ->check(CLI::Range(0.0, 0.5));
+  app->add_option(
+         "--late-shift-m", line->mission.slam.late_shift_m,
+         "metres by which the optimiser moves the old half of the nodes late in the mission")
+      ->check(CLI::Range(0.0, 20.0));
   app->add_option("--threads", line->mission.threads, "threads to simulate on (default: all)")
       ->check(CLI::Range(1, 256));
   app->add_flag("--progress", line->progress, "print progress even when stderr is not a terminal");
@@ -118,6 +131,12 @@ Result<MissionSummary> simulate(CommandLine line) {
     truth = read_path(line.path_file, line.walk, kMissionStart, line.mission.seed);
   }
   if (!truth) return tl::unexpected(truth.error());
+  const double skipped = line.skip_minutes * 60.0 / truth->step.seconds();
+  if (skipped + 1.0 > static_cast<double>(truth->poses.size())) {
+    return fail(ErrorKind::kUsage, "--skip: the path is over before that: skip less");
+  }
+  truth->poses.erase(truth->poses.begin(),
+                     truth->poses.begin() + static_cast<std::ptrdiff_t>(skipped));
 
   const bool show = line.progress || isatty(STDERR_FILENO) != 0;
   const Progress progress = [show](std::uint64_t done, std::uint64_t all) {

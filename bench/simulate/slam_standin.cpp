@@ -3,6 +3,7 @@
 #include <cmath>
 #include <optional>
 
+#include "bench/simulate/graph_faults.hpp"
 #include "bench/simulate/number_text.hpp"
 #include "bench/simulate/random_stream.hpp"
 
@@ -55,6 +56,45 @@ std::optional<std::size_t> recognise(const std::vector<Pose>& T_W_nodes, const S
   return best;
 }
 
+/// Nodes that will be placed along the whole way.
+std::size_t count_nodes(const Trajectory& truth, double spacing_m) {
+  double length = 0.0;
+  for (std::size_t k = 1; k < truth.poses.size(); ++k)
+    length += (truth.poses[k].translation() - truth.poses[k - 1].translation()).norm();
+  return static_cast<std::size_t>(length / spacing_m) + 1;
+}
+
+/// Deals out wrong loop closures so that they keep to their share of all.
+class WrongClosures {
+ public:
+  WrongClosures(double share, Confidence confidence, RandomStream* random)
+      : per_good_one_(share / (1.0 - share)),
+        confidence_(confidence),
+        random_(random),
+        due_(share > 0.0 ? random->uniform() : 0.0) {}
+
+  /// To be called at every good closure; adds a wrong one when it is due.
+  void follow(const std::vector<Pose>& T_W_nodes, const SlamConfig& config,
+              const Vector6d& closure_sigma, SlamRun* run) {
+    due_ += per_good_one_;
+    if (due_ < 1.0) return;
+    const auto closure =
+        make_wrong_closure(T_W_nodes, static_cast<std::size_t>(config.min_closure_gap),
+                           closure_sigma, confidence_, random_);
+    if (!closure) return;
+    due_ -= 1.0;
+    run->measurements.push_back(*closure);
+    run->wrong_closures.push_back({closure->from, closure->to});
+    ++run->loop_closures;
+  }
+
+ private:
+  double per_good_one_;
+  Confidence confidence_;
+  RandomStream* random_;
+  double due_;
+};
+
 }  // namespace
 
 std::string format_g2o(const std::vector<SensorTime>& stamps, const std::vector<Pose>& T_M_nodes,
@@ -88,6 +128,10 @@ SlamRun run_slam(const Trajectory& truth, const Trajectory& odometry, const Drif
   closure_sigma << Eigen::Vector3d::Constant(config.closure_noise_m),
       Eigen::Vector3d::Constant(config.closure_noise_rad);
   RandomStream random = random_stream(seed, Purpose::kLoopClosures);
+  RandomStream wrong_random = random_stream(seed, Purpose::kWrongClosures);
+  WrongClosures doubtful(config.wrong_closures, Confidence::kDoubtful, &wrong_random);
+  WrongClosures confident(config.confident_wrong_closures, Confidence::kConfident, &wrong_random);
+  const LateShift late_shift(config.late_shift_m, count_nodes(truth, config.node_spacing_m));
   SlamRun run;
   std::vector<Pose> T_W_nodes;
   std::size_t last_sample = 0;
@@ -97,7 +141,14 @@ SlamRun run_slam(const Trajectory& truth, const Trajectory& odometry, const Drif
     const SensorTime stamp =
         run.node_stamps.back() + Duration::from_seconds(config.publish_delay_s);
     if (stamp > truth.end()) return;  // too late for this mission
-    run.snapshots.push_back({stamp, format_g2o(run.node_stamps, run.T_M_nodes, run.measurements)});
+    if (late_shift.is_unnoticed(run.T_M_nodes.size())) {
+      const FaultyGraph graph = late_shift.apply(run.T_M_nodes, run.measurements);
+      run.snapshots.push_back(
+          {stamp, format_g2o(run.node_stamps, graph.T_M_nodes, graph.measurements)});
+    } else {
+      run.snapshots.push_back(
+          {stamp, format_g2o(run.node_stamps, run.T_M_nodes, run.measurements)});
+    }
     is_published = true;
   };
 
@@ -133,6 +184,8 @@ SlamRun run_slam(const Trajectory& truth, const Trajectory& odometry, const Drif
            diagonal_information(closure_sigma)});
       ++run.loop_closures;
       last_closure = node;
+      doubtful.follow(T_W_nodes, config, closure_sigma, &run);
+      confident.follow(T_W_nodes, config, closure_sigma, &run);
       optimize_graph(run.measurements, &run.T_M_nodes);
     }
     is_published = false;

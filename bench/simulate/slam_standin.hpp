@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -21,6 +22,10 @@ struct SlamConfig {
   double closure_noise_rad = 0.0035;  ///< and of its rotation
   int publish_every = 2;          ///< nodes per snapshot; every loop closure is published besides
   double publish_delay_s = 0.15;  ///< from a node's stamp to the snapshot that first holds it
+
+  double wrong_closures = 0.0;            ///< share of loop closures that are wrong and admit doubt
+  double confident_wrong_closures = 0.0;  ///< share that are wrong and look as good as the others
+  double late_shift_m = 0.0;  ///< how far the old half of the nodes moves late; see LateShift
 };
 
 /// The whole graph as published once.
@@ -36,6 +41,7 @@ struct SlamRun {
   std::vector<Pose> T_M_nodes;  ///< as estimated at the end
   std::vector<RelativeMeasurement> measurements;
   int loop_closures = 0;
+  std::vector<std::array<std::size_t, 2>> wrong_closures;  ///< their nodes, older first
 };
 
 /// True when nothing stands between two points of the world.

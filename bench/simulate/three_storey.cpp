@@ -1,5 +1,6 @@
 #include "bench/simulate/three_storey.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "bench/simulate/building.hpp"
