@@ -22,6 +22,9 @@ constexpr float kHalfDiagonal = 0.8660254f;  // of a cube of edge 1
 // Angles that rounding may be wrong by, in columns or rows.
 constexpr float kAngleSlack = 0.01f;
 
+// Of an octant's 64, for it to be free as a whole all the same.
+constexpr int kMaxUnseenVoxels = 16;
+
 /// Eight nodes at once, children of one.
 using Lanes8 = hn::CappedTag<float, 8>;
 using Ints8 = hn::RebindToSigned<Lanes8>;
@@ -443,12 +446,14 @@ class Carver {
     }
   }
 
+  /// An octant of a coarse node counts as seen through when all of its voxels are, but for a few at its border.
   bool IsSeenThrough(const NodeViews& views, int child) const {
     const OctantLook look(*this, views, child, false);
-    for (int z = 0; z < kOctantEdge; ++z) {
-      if (look.Slice(z, {0, projection_.num_columns, false}).free != 0xffff) return false;
+    int num_unseen = 0;
+    for (int z = 0; z < kOctantEdge && num_unseen <= kMaxUnseenVoxels; ++z) {
+      num_unseen += 16 - std::popcount(look.Slice(z, {0, projection_.num_columns, false}).free);
     }
-    return true;
+    return num_unseen <= kMaxUnseenVoxels;
   }
 
   /// Voxels of an octant's slice, bit x + 4 y.
