@@ -11,8 +11,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // A surface seen at less than half a degree: what looks steeper is an edge.
 constexpr float kMaxSlope = 115.0f;
-// One standard deviation of an Ouster's range on a wall.
-constexpr float kRangeNoiseM = 0.01f;
+// How much more than half a voxel a beam that skims a surface keeps off it: the flatter, the further apart are the
+// returns that its slope comes from, and the less is it one plane.
+constexpr float kDoubt = 0.5f;
 
 /// Change of range per metre across the beam towards a neighbour `angle` away, from the chord between both returns.
 template <class V>
@@ -49,7 +50,8 @@ std::size_t PlaceRow(const ImageRow& in) {
                                                                                   : -projection.columns_per_rad));
   const V turn = hn::Set(d, projection.columns_per_rad > 0 ? 1.0f : -1.0f);
   const V angle_above = hn::Set(d, in.angle_above_rad), angle_below = hn::Set(d, in.angle_below_rad);
-  const V half_voxel = hn::Set(d, 0.75f * in.voxel_m), noise = hn::Set(d, kRangeNoiseM);
+  const V half_voxel = hn::Set(d, 0.5f * in.voxel_m);
+  const V doubt = hn::Set(d, kDoubt);
   const V max_free = hn::Set(d, in.max_free_m), max_return = hn::Set(d, in.max_return_m);
 
   std::size_t num_returns = 0;
@@ -87,7 +89,8 @@ std::size_t PlaceRow(const ImageRow& in) {
     const V norm = hn::Abs(r00 * normal_x + r01 * normal_y + r02 * normal_z) +
                    hn::Abs(r10 * normal_x + r11 * normal_y + r12 * normal_z) +
                    hn::Abs(r20 * normal_x + r21 * normal_y + r22 * normal_z);
-    const V stretch = half_voxel * norm + noise;
+    const V steepness = hn::Sqrt(normal_x * normal_x + normal_y * normal_y + normal_z * normal_z);
+    const V stretch = half_voxel * (norm + doubt * (steepness - hn::Set(d, 1.0f)));
     const V free = hn::Min(hn::Max(range - stretch, half * hn::Min(range, max_free)), max_free);
     hn::StoreU(hn::IfThenElseZero(is_valid, free), d, in.free_m + column);
 

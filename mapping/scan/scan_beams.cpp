@@ -49,16 +49,16 @@ void ScanBeams::place_columns(const Scan& scan, const Pose& T_S_R) {
   Pose T_S_L = T_S_R * scan.poses.front().T_R_L;
   Pose T_S_first = T_S_L;
   bool is_first = true;
-  image_.turned_rad = image_.moved_m = 0;
+  double least_cosine = 1;
+  image_.moved_m = 0;
   for (int column = 0; column < columns; ++column) {
     // A lost column was where the one before it was.
     if (scan.column_valid[column]) {
       T_S_L = T_S_R * pose_at(scan.poses, scan.column_stamps[column], hint);
       if (is_first) T_S_first = T_S_L;
       is_first = false;
-      const Eigen::Matrix3d turned = T_S_first.linear().transpose() * T_S_L.linear();
-      const double cosine = std::clamp(0.5 * (turned.trace() - 1), -1.0, 1.0);
-      image_.turned_rad = std::max(image_.turned_rad, static_cast<float>(std::acos(cosine)));
+      const double trace = T_S_first.linear().cwiseProduct(T_S_L.linear()).sum();  // of one rotation after the other
+      least_cosine = std::min(least_cosine, 0.5 * (trace - 1));
       image_.moved_m = std::max(
           image_.moved_m, static_cast<float>((T_S_L.translation() - T_S_first.translation()).norm()));
     }
@@ -72,6 +72,7 @@ void ScanBeams::place_columns(const Scan& scan, const Pose& T_S_R) {
       column_pose_[i * stride + column] = column_pose_[i * stride + columns + column] = static_cast<float>(entry);
     }
   }
+  image_.turned_rad = static_cast<float>(std::acos(std::max(least_cosine, -1.0)));
 }
 
 void ScanBeams::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
