@@ -462,12 +462,90 @@ class Carver {
     std::uint32_t crossed;
   };
 
+  using Voxels16 = hn::CappedTag<float, 16>;
+
+  /// Pixels around an octant, in registers where they are few: a gather costs as much as all the rest of a look-up.
+  class PixelWindow {
+   public:
+    using D = Voxels16;
+    using DI = hn::RebindToSigned<D>;
+
+    /// @param column, row  middle of the octant @param reach_*  how far its voxels lie to either side
+    PixelWindow(const Carver& carver, float column, float row, float column_reach, float row_reach) {
+      column0_ = static_cast<int>(std::floor(column - column_reach));
+      const int row0 = static_cast<int>(std::floor(row - row_reach));
+      const int last_row = carver.projection_.num_rows() - 1;
+      fits_ = kHasTables && last_row + 1 >= kRows &&
+              static_cast<int>(std::floor(column + column_reach + 0.5f)) < column0_ + kColumns &&
+              static_cast<int>(std::floor(row + row_reach + 0.5f)) < row0 + kRows;
+      row0_ = std::clamp(row0, 0, std::max(last_row + 1 - kRows, 0));
+      stride_ = carver.image_.stride;
+      mask_ = carver.column_mask_;
+    }
+
+    /// Makes ready to look into one image. [rows x stride]
+    void Load(const float* pixels) {
+      pixels_ = pixels;
+#if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
+      if (!fits_) return;
+      const D d;
+      const float* first = pixels + static_cast<std::ptrdiff_t>(row0_) * stride_ + (column0_ & mask_);
+      for (int i = 0; i < kTables; ++i) {
+#if HWY_MAX_BYTES >= 64
+        const hn::CappedTag<float, kColumns> half;
+        const float* row = first + 2 * i * stride_;
+        table_[i] = hn::Combine(d, hn::LoadU(half, row + stride_), hn::LoadU(half, row));
+#else
+        table_[i] = hn::LoadU(d, first + i * stride_);
+#endif
+      }
+#endif
+    }
+
+    /// Pixels by row, inside the image, and column, anywhere.
+    HWY_INLINE hn::Vec<D> At(hn::Vec<DI> row, hn::Vec<DI> column) const {
+      const D d;
+      const DI di;
+#if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
+      if (fits_) {
+        const auto index = hn::ShiftLeft<3>(row - hn::Set(di, row0_)) + (column - hn::Set(di, column0_));
+        const auto lane = hn::IndicesFromVec(d, index & hn::Set(di, static_cast<int>(hn::Lanes(d)) - 1));
+        auto value = hn::TableLookupLanes(table_[0], lane);
+        for (int i = 1; i < kTables; ++i) {
+          const auto is_here = hn::RebindMask(d, index > hn::Set(di, i * static_cast<int>(hn::Lanes(d)) - 1));
+          value = hn::IfThenElse(is_here, hn::TableLookupLanes(table_[i], lane), value);
+        }
+        return value;
+      }
+#endif
+      return hn::GatherIndex(d, pixels_, row * hn::Set(di, stride_) + (column & hn::Set(di, mask_)));
+    }
+
+   private:
+    static constexpr int kRows = 4, kColumns = 8;
+#if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
+    static constexpr bool kHasTables = true;
+    static constexpr int kTables = kRows * kColumns / static_cast<int>(HWY_MAX_BYTES >= 64 ? 16 : 8);
+    hn::Vec<D> table_[kTables];
+#else
+    static constexpr bool kHasTables = false;
+#endif
+    const float* pixels_ = nullptr;
+    int row0_, column0_, stride_, mask_;
+    bool fits_;
+  };
+
   /// Looks up the voxels of an octant, the projection linear around its middle.
   class OctantLook {
    public:
     /// @param has_occupied  which beams have crossed its voxels matters
     OctantLook(const Carver& carver, const NodeViews& views, int child, bool has_occupied)
-        : carver_(carver), views_(views), child_(child) {
+        : carver_(carver),
+          views_(views),
+          child_(child),
+          beams_(carver, views.column[child], views.row[child], Reach(views.column_step, child),
+                 Reach(views.row_step, child)),
+          gaps_(beams_) {
       // Half a voxel, in columns and rows of the image.
       const auto width = [&](const float (&step)[3][8]) {
         return 0.5f * std::sqrt(step[0][child] * step[0][child] + step[1][child] * step[1][child] +
@@ -478,19 +556,20 @@ class Carver {
       // Where voxels are wider than the image's cells some beam crosses each of them; elsewhere the gaps tell.
       asks_gaps_ = column_reach_ < 0.5f || row_reach_ < 0.5f;
       asks_beams_ = has_occupied || !asks_gaps_;
+      if (asks_beams_) beams_.Load(carver.image_.free_m.data());
+      if (asks_gaps_) gaps_.Load(carver.image_.gap_free_m.data());
     }
 
     SliceBits Slice(int z, const ColumnWindow& window) const {
-      const hn::CappedTag<float, 16> d;
-      const hn::RebindToSigned<decltype(d)> di;
-      using V = hn::Vec<decltype(d)>;
+      const Voxels16 d;
+      const hn::RebindToSigned<Voxels16> di;
+      using V = hn::Vec<Voxels16>;
       HWY_ALIGN static constexpr float kX[16] = {-1.5f, -0.5f, 0.5f, 1.5f, -1.5f, -0.5f, 0.5f, 1.5f,
                                                  -1.5f, -0.5f, 0.5f, 1.5f, -1.5f, -0.5f, 0.5f, 1.5f};
       HWY_ALIGN static constexpr float kY[16] = {-1.5f, -1.5f, -1.5f, -1.5f, -0.5f, -0.5f, -0.5f, -0.5f,
                                                  0.5f,  0.5f,  0.5f,  0.5f,  1.5f,  1.5f,  1.5f,  1.5f};
-      const RangeImage& image = carver_.image_;
       const V zero = hn::Zero(d), last_row = hn::Set(d, carver_.last_row_);
-      const auto mask = hn::Set(di, carver_.column_mask_), stride = hn::Set(di, image.stride);
+      const auto mask = hn::Set(di, carver_.column_mask_);
       const auto before = hn::Set(di, window.first - 1), end = hn::Set(di, window.end);
       const float dz = static_cast<float>(z) - 1.5f;
       SliceBits bits{0, 0};
@@ -508,13 +587,13 @@ class Carver {
           const auto is_near = hn::And(hn::And(beam_row >= zero, beam_row <= last_row),
                                        hn::And(hn::Abs(row - beam_row) <= hn::Set(d, row_reach_),
                                                hn::Abs(column - beam_column) <= hn::Set(d, column_reach_)));
-          const auto column_index = hn::ConvertTo(di, beam_column) & mask;
-          const auto row_index = hn::ConvertTo(di, hn::Min(hn::Max(beam_row, zero), last_row));
-          const V proven = hn::GatherIndex(d, image.free_m.data(), row_index * stride + column_index);
+          const auto column_index = hn::ConvertTo(di, beam_column);
+          const V proven = beams_.At(hn::ConvertTo(di, hn::Min(hn::Max(beam_row, zero), last_row)), column_index);
           auto is_crossed = hn::And(is_near, proven >= distance);
           if (window.is_seam) {
             // A pixel that was fired at the other end of the scan belongs to the other pose.
-            const auto is_inside = hn::RebindMask(d, hn::And(column_index > before, column_index < end));
+            const auto wrapped = column_index & mask;
+            const auto is_inside = hn::RebindMask(d, hn::And(wrapped > before, wrapped < end));
             is_crossed = hn::And(hn::And(is_near, hn::Xor(is_inside, proven < zero)), hn::Abs(proven) >= distance);
           }
           crossed = Bits16(d, is_crossed);
@@ -522,12 +601,12 @@ class Carver {
         if (asks_gaps_) {
           const V gap_row = hn::Floor(row);
           const auto in_rows = hn::And(gap_row >= zero, gap_row < last_row);
-          const auto row_index = hn::ConvertTo(di, hn::Min(hn::Max(gap_row, zero), last_row));
-          const auto column_index = hn::ConvertTo(di, hn::Floor(column)) & mask;
-          const V gap = hn::GatherIndex(d, image.gap_free_m.data(), row_index * stride + column_index);
+          const auto column_index = hn::ConvertTo(di, hn::Floor(column));
+          const V gap = gaps_.At(hn::ConvertTo(di, hn::Min(hn::Max(gap_row, zero), last_row)), column_index);
           auto is_filled = hn::And(in_rows, gap >= distance);
           if (window.is_seam) {
-            is_filled = hn::And(is_filled, hn::RebindMask(d, hn::And(column_index > before, column_index < end)));
+            const auto wrapped = column_index & mask;
+            is_filled = hn::And(is_filled, hn::RebindMask(d, hn::And(wrapped > before, wrapped < end)));
           }
           filled = Bits16(d, is_filled);
         }
@@ -538,9 +617,16 @@ class Carver {
     }
 
    private:
+    /// How far from the middle the outermost voxels lie, with what rounding may add.
+    static float Reach(const float (&step)[3][8], int child) {
+      return 1.5f * (std::abs(step[0][child]) + std::abs(step[1][child]) + std::abs(step[2][child])) + kAngleSlack;
+    }
+
     const Carver& carver_;
     const NodeViews& views_;
     int child_;
+    PixelWindow beams_;
+    PixelWindow gaps_;
     float column_reach_;
     float row_reach_;
     bool asks_gaps_;

@@ -60,6 +60,7 @@ void RangeImage::build_bounds(float max_free_m) {
       pyramid[static_cast<std::size_t>(row) * cell_columns + cell] = {
           static_cast<std::uint16_t>(std::max(least, 0.0f) * units), rounded_up(most), rounded_up(most_gap)};
     }
+    std::copy_n(filled, kPadding, filled + columns);
   }
   for (num_levels = 1; num_levels < kMaxLevels && cell_columns > 2; ++num_levels) {
     const std::size_t below = level_begin[num_levels - 1];
