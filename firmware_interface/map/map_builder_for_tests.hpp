@@ -36,13 +36,13 @@ struct MapBuilder {
     if (block != nullptr) block->voxels[index_in_block(voxel)] = value;
   }
 
-  void set_coarse(Submap& submap, const BlockCoord& coord, LogOdds value) {
+  void set_coarse(Submap& submap, const BlockCoord& coord, LogOdds value, OctantMask known = kAllOctants) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = submap.volume.make_place(pools, coord, &chunk);
-    if (place != nullptr) submap.volume.set_coarse(pools, *chunk, *place, value, kAllOctants);
+    if (place != nullptr) submap.volume.set_coarse(pools, *chunk, *place, value, known);
   }
 
-  /// Scatters coarse free space and blocks of random voxels (some unknown) over several chunks
+  /// Scatters coarse free space (half of it partly known) and blocks of random voxels (some unknown) over several chunks
   /// around S's origin.
   void fill_randomly(Submap& submap, unsigned seed, int num_blocks = 40) {
     std::mt19937 rng(seed);
@@ -50,7 +50,8 @@ struct MapBuilder {
     for (int i = 0; i < num_blocks; ++i) {
       const BlockCoord coord(coordinate(rng), coordinate(rng), coordinate(rng) / 4);
       if (i % 3 == 0) {
-        set_coarse(submap, coord, static_cast<LogOdds>(-1 - i % 40));
+        const auto known = i % 2 == 0 ? kAllOctants : static_cast<OctantMask>(1 + rng() % 254);
+        set_coarse(submap, coord, static_cast<LogOdds>(-1 - i % 40), known);
         continue;
       }
       for (int v = 0; v < kBlockVoxels; ++v) {

@@ -51,7 +51,8 @@ void check_same(const Submap& a, const VoxelStore& store_a, const Submap& b,
   a.volume.for_each_block(store_a, [&](const BlockCoord& coord, const BlockView& view) {
     const BlockView other = b.volume.view(store_b, coord);
     REQUIRE((view.block == nullptr) == (other.block == nullptr));
-    CHECK(view.uniform == other.uniform);
+    CHECK(view.coarse == other.coarse);
+    CHECK(view.known == other.known);
     if (view.block != nullptr) CHECK(std::memcmp(view.block, other.block, sizeof(Block)) == 0);
   });
 }
@@ -93,7 +94,7 @@ TEST_CASE("a flipped bit anywhere is noticed") {
   MapBuilder map;
   Submap& submap = map.add_submap(1);
   map.set_voxel(submap, {0, 0, 0}, 5);
-  map.set_uniform(submap, {9, 0, 0}, -5);
+  map.set_coarse(submap, {9, 0, 0}, -5);
   submap.nodes = {1, 2, 3};
   const ScratchDirectory directory;
   REQUIRE(save_map(directory / "map.cloister", map.view()).has_value());
@@ -175,7 +176,7 @@ TEST_CASE("content that lies is refused even when its checksums are right") {
   MapBuilder map;
   Submap& submap = map.add_submap(1);
   map.set_voxel(submap, {0, 0, 0}, 5);
-  map.set_uniform(submap, {9, 0, 0}, -5);
+  map.set_coarse(submap, {9, 0, 0}, -5);
   submap.nodes = {1, 2, 3};
   const ScratchDirectory directory;
   const auto path = directory / "map.cloister";
@@ -249,9 +250,9 @@ TEST_CASE("the map hash does not see pools and orders, but every change of conte
   b.set_voxel(b0, {-500, 0, 0}, 2);
   CHECK(before != hash(b));
   b.set_voxel(b0, {-500, 0, 0}, 1);
-  b.set_uniform(b1, {1000, 0, 0}, -1);
+  b.set_coarse(b1, {1000, 0, 0}, -1);
   CHECK(before != hash(b));
-  b.set_uniform(b1, {1000, 0, 0}, 0);
+  b.set_coarse(b1, {1000, 0, 0}, 0);
   CHECK(before == hash(b));
   b0.id = 2;
   CHECK(before != hash(b));

@@ -131,7 +131,7 @@ TEST_CASE("meshes come back from their files in M, coloured by submap") {
 
 TEST_CASE("a map without a surface has meshes without triangles") {
   MapBuilder map;
-  map.set_uniform(map.add_submap(0), {0, 0, 0}, -5);
+  map.set_coarse(map.add_submap(0), {0, 0, 0}, -5);
   const ScratchDirectory directory;
   REQUIRE(write_meshes(directory.path(), map.view()).has_value());
   CHECK(parse_ply(directory / "mesh.ply").points.empty());

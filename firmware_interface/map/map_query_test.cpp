@@ -87,7 +87,7 @@ TEST_CASE("evidence of several submaps adds up, within the map's bounds") {
 
 TEST_CASE("points that are far away or no points at all are unknown") {
   MapBuilder map;
-  map.set_uniform(map.add_submap(0), {0, 0, 0}, -5);
+  map.set_coarse(map.add_submap(0), {0, 0, 0}, -5);
   const MapQuery query(map.view());
   for (const double x : {-1e300, 1e300, 0.81, -1e-9, std::numeric_limits<double>::infinity(),
                          std::numeric_limits<double>::quiet_NaN()}) {
@@ -149,7 +149,7 @@ TEST_CASE("the combined grid says at every voxel what a query at its centre says
 
 TEST_CASE("an aligned submap's blocks are combined block by block") {
   MapBuilder map;
-  map.set_uniform(map.add_submap(0, pose_of(-8 * 0.1 * 5, 0, 8 * 0.1 * 9, 0)), {1, 2, 3}, -7);
+  map.set_coarse(map.add_submap(0, pose_of(-8 * 0.1 * 5, 0, 8 * 0.1 * 9, 0)), {1, 2, 3}, -7);
   int num_blocks = 0;
   REQUIRE(for_each_combined_block(map.view(), 1 << 15, [&](const CombinedBlock& block) {
     ++num_blocks;

@@ -59,7 +59,7 @@ TEST_CASE("an exported OctoMap answers as the map does") {
 TEST_CASE("coarse free space stays coarse in an OctoMap") {
   MapBuilder map;
   Submap& submap = map.add_submap(0);
-  for (int i = 0; i < 8; ++i) map.set_uniform(submap, {i & 1, i >> 1 & 1, i >> 2}, -9);
+  for (int i = 0; i < 8; ++i) map.set_coarse(submap, {i & 1, i >> 1 & 1, i >> 2}, -9);
   const ScratchDirectory directory;
   REQUIRE(export_map(map.view(), directory / "map.bt").has_value());
   octomap::OcTree tree(1.0);
@@ -80,7 +80,7 @@ TEST_CASE("an empty map is an OctoMap without nodes") {
 
 TEST_CASE("a map beyond OctoMap's reach is refused and leaves no file") {
   MapBuilder map;
-  map.set_uniform(map.add_submap(0, pose_of(4000, 0, 0, 0)), {0, 0, 0}, -9);
+  map.set_coarse(map.add_submap(0, pose_of(4000, 0, 0, 0)), {0, 0, 0}, -9);
   const ScratchDirectory directory;
   const auto exported = export_map(map.view(), directory / "map.bt");
   REQUIRE(!exported.has_value());

@@ -63,7 +63,7 @@ TEST_CASE("coarse nodes stay coarse") {
   for (Volume* volume : {&v.into, &v.from}) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = volume->make_place(v.pools, {2, 2, 2}, &chunk);
-    volume->set_uniform(v.pools, *chunk, *place, -16);
+    volume->set_coarse(v.pools, *chunk, *place, -16, kAllOctants);
   }
   REQUIRE(fuse_volume(v.from, Pose::Identity(), v.config, v.pools, v.into));
   CHECK(v.into.num_blocks() == 0);

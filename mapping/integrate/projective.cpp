@@ -19,8 +19,13 @@ namespace hn = hwy::HWY_NAMESPACE;
 constexpr int kRootEdge = 512;  // voxels
 constexpr int kChunkVoxels = kBlockEdge * kChunkEdge;
 constexpr float kHalfDiagonal = 0.8660254f;  // of a cube of edge 1
+// What lies nearer than the middle of a node that is looked up from there is seen under an angle larger by up to this.
+constexpr float kShrinkSlack = 1.1f;
 // Angles that rounding may be wrong by, in columns or rows.
 constexpr float kAngleSlack = 0.01f;
+
+// A node is looked up from its middle's view alone where the bend of the projection leaves voxels this far off at most.
+constexpr float kMaxBendVoxels = 0.15f;
 
 // Of an octant's 64, for it to be free as a whole all the same.
 constexpr int kMaxUnseenVoxels = 16;
@@ -38,11 +43,57 @@ struct NodeViews {
   unsigned gaps = 0;   ///< bit i: some of it may be seen through by all four beams around
 };
 
+/// How the surroundings of a point look from the sensor, to first order. Steps are per voxel along S's axes.
+struct LinearView {
+  LinearView(const NodeViews& views, int child)
+      : column(views.column[child]), row(views.row[child]), distance_m(views.distance_m[child]) {
+    for (int i = 0; i < 3; ++i) {
+      column_step[i] = views.column_step[i][child];
+      row_step[i] = views.row_step[i][child];
+      distance_step[i] = views.distance_step[i][child];
+    }
+  }
+
+  float column, row, distance_m;
+  float column_step[3], row_step[3], distance_step[3];
+};
+
 /// Which pose a node is projected with, and how much of the scan's motion happened while its beams were fired.
 struct NodePose {
   const RangeImage::ColumnPose* pose;
   float share;
 };
+
+/// Sixteen places around the middle of a node, voxels.
+struct Offsets {
+  HWY_ALIGN float x[16], y[16], z[16];
+};
+
+/// A rectangle of voxel centres, x fastest, around (x, y).
+constexpr Offsets Rectangle(int width, float x, float y) {
+  Offsets offsets{};
+  const int height = 16 / width;
+  for (int i = 0; i < 16; ++i) {
+    offsets.x[i] = x + static_cast<float>(i % width) - 0.5f * static_cast<float>(width - 1);
+    offsets.y[i] = y + static_cast<float>(i / width) - 0.5f * static_cast<float>(height - 1);
+  }
+  return offsets;
+}
+constexpr Offsets OctantMiddles() {
+  Offsets offsets{};
+  for (int i = 0; i < 16; ++i) {
+    offsets.x[i] = (i & 1) != 0 ? 2.0f : -2.0f;
+    offsets.y[i] = (i & 2) != 0 ? 2.0f : -2.0f;
+    offsets.z[i] = (i & 4) != 0 ? 2.0f : -2.0f;
+  }
+  return offsets;
+}
+constexpr Offsets kOctantSlice = Rectangle(4, 0, 0);  ///< of an octant, around its own middle
+constexpr Offsets kOctantSlices[4] = {Rectangle(4, -2, -2), Rectangle(4, 2, -2), Rectangle(4, -2, 2),
+                                      Rectangle(4, 2, 2)};  ///< of a block's octants, around the block's middle
+constexpr Offsets kRowPairs[4] = {Rectangle(8, 0, -3), Rectangle(8, 0, -1), Rectangle(8, 0, 1), Rectangle(8, 0, 3)};
+constexpr Offsets kOctantMiddles = OctantMiddles();
+constexpr int kWholeNode = -1;
 
 /// Columns of the image that belong to a pose.
 struct ColumnWindow {
@@ -50,6 +101,9 @@ struct ColumnWindow {
   int end;
   bool is_seam;  ///< others belong to another pose
 };
+
+/// For nodes that one pose sees as a whole; a row is shorter than this.
+constexpr ColumnWindow kWhole{0, 1 << 24, false};
 
 /// Arc tangent of y / x in all four quadrants, to 1e-5 rad (Abramowitz and Stegun, 4.4.47).
 template <class D, class V = hn::Vec<D>>
@@ -102,6 +156,8 @@ class Carver {
   }
 
  private:
+  class VoxelLook;
+
   // ---- Projection ----
 
   /// The pose for looking into a child: that of the column which looks at its middle, as its parent's look told.
@@ -301,7 +357,7 @@ class Carver {
       const VoxelCoord child_corner = ChildCorner(corner, child_edge, child);
       const bool is_free = (views.free >> child) & 1;
       if (child_edge == kBlockEdge) {
-        VisitBlock(child_corner, is_free, (views.gaps >> child) & 1, PoseFor(views, child, child_edge));
+        VisitBlock({child_corner, is_free, ((views.gaps >> child) & 1) != 0, &views, child, nullptr});
       } else if (is_free) {
         Free(child_corner, child_edge, PoseFor(views, child, child_edge));
       } else {
@@ -334,27 +390,47 @@ class Carver {
     if (edge == kChunkVoxels) EnterChunk(corner);
     for (int z = 0; z < edge; z += kBlockEdge) {
       for (int y = 0; y < edge; y += kBlockEdge) {
-        for (int x = 0; x < edge; x += kBlockEdge) VisitBlock(corner + VoxelCoord(x, y, z), true, true, from);
+        for (int x = 0; x < edge; x += kBlockEdge) VisitBlock({corner + VoxelCoord(x, y, z), true, true, nullptr, 0, &from});
       }
     }
   }
 
-  /// Updates one block. @param is_free  it is seen through as a whole @param has_gaps  parts of it may be
-  void VisitBlock(const VoxelCoord& corner, bool is_free, bool has_gaps, const NodePose& from) {
-    const int index = index_in_block(parent_coord(corner));
+  /// A block on its way through a scan.
+  struct BlockVisit {
+    VoxelCoord corner;
+    bool is_free;            ///< it is seen through as a whole
+    bool has_gaps;           ///< parts of it may be
+    const NodeViews* views;  ///< how it looks as one of eight children; null for a part of a larger free node
+    int child;
+    const NodePose* from;    ///< where it is seen from, without views
+  };
+
+  /// Can its voxels be looked up from the block's own view? Then it is seen by one pose as well.
+  bool IsFar(const BlockVisit& visit, const NodePose& from) const {
+    constexpr float kRadius = kHalfDiagonal * (kBlockEdge - 1);  // voxels
+    return visit.views != nullptr && from.share < 1 &&
+           0.5f * kRadius * kRadius * voxel_m_ <= kMaxBendVoxels * visit.views->distance_m[visit.child];
+  }
+
+  NodePose PoseFor(const BlockVisit& visit) const {
+    return visit.views != nullptr ? PoseFor(*visit.views, visit.child, kBlockEdge) : *visit.from;
+  }
+
+  void VisitBlock(const BlockVisit& visit) {
+    const int index = index_in_block(parent_coord(visit.corner));
     const std::uint32_t place = chunk_ != nullptr ? chunk_->places[index] : 0;
     ScanMarks::Marked* marked = slots_ != nullptr && slots_[index] != 0 ? &marks_.in_slot(slots_[index]) : nullptr;
     if (marked == nullptr && !Volume::has_block(place) && Volume::coarse_value(place) <= 0) {
-      if (is_free) {
+      if (visit.is_free) {
         ++result_.blocks_free;
         UpdateNode(index, kAllOctants);
-      } else if (has_gaps && Volume::known_octants(place) != kAllOctants) {
+      } else if (visit.has_gaps && Volume::known_octants(place) != kAllOctants) {
         ++result_.blocks_coarse;
-        UpdateNode(index, FreeOctants(corner, Volume::known_octants(place), from));
+        UpdateNode(index, FreeOctants(visit, Volume::known_octants(place)));
       }
       return;
     }
-    if (marked == nullptr && is_free && Volume::has_block(place)) {
+    if (marked == nullptr && visit.is_free && Volume::has_block(place)) {
       Block& block = pools_.store.block(Volume::block_index(place));
       if (HighestIn(block) <= 0) {
         ++result_.blocks_free;
@@ -363,7 +439,7 @@ class Carver {
         return;
       }
     }
-    LookInto(corner, index, is_free, marked, from);
+    LookInto(visit, index, marked);
   }
 
   /// What the octants of a block that is bare or coarse have shown: those that are seen through as wholes.
@@ -377,36 +453,63 @@ class Carver {
                    chunk_->places[index]);
   }
 
-  /// Octants that are seen through as wholes. Those that the image's bounds leave open are looked up voxel by voxel,
-  /// unless they are known already.
-  OctantMask FreeOctants(const VoxelCoord& corner, OctantMask known, const NodePose& from) const {
+  /// Octants that are seen through as wholes, but for a few voxels at their borders.
+  OctantMask FreeOctants(const BlockVisit& visit, OctantMask known) const {
+    const NodePose from = PoseFor(visit);
+    unsigned free = 0;
+    if (IsFar(visit, from)) {
+      const LinearView view(*visit.views, visit.child);
+      const VoxelLook look(*this, view, 0.5f * (kBlockEdge - 1), false);
+      const unsigned middles = look.At(kOctantMiddles, 0, kWhole).free & 0xff;
+      for (unsigned open = middles; open != 0; open &= open - 1) {
+        const int octant = std::countr_zero(open);
+        free |= static_cast<unsigned>(IsSeenThrough(look, octant)) << octant;
+      }
+      return static_cast<OctantMask>(free);
+    }
     NodeViews views;
-    ViewChildren(corner, kOctantEdge, from, views);
-    unsigned free = views.free;
+    ViewChildren(visit.corner, kOctantEdge, from, views);
+    free = views.free;
     if (from.share < 1) {
       for (unsigned open = views.mixed & views.gaps & ~unsigned{known}; open != 0; open &= open - 1) {
         const int child = std::countr_zero(open);
-        free |= static_cast<unsigned>(IsSeenThrough(views, child)) << child;
+        const VoxelLook look(*this, LinearView(views, child), 0.5f * (kOctantEdge - 1), false);
+        free |= static_cast<unsigned>(IsSeenThrough(look, kWholeNode)) << child;
       }
     }
     return static_cast<OctantMask>(free);
   }
 
-  /// A block with returns or with voxels of its own: decided voxel by voxel. @param is_free  all of its voxels are known
-  /// to be seen through; what remains to be found out is which of them beams have crossed
-  void LookInto(const VoxelCoord& corner, int index, bool is_free, ScanMarks::Marked* marked, const NodePose& from) {
+  /// @param octant  of the block that the look is at, or kWholeNode when it is at the octant itself
+  bool IsSeenThrough(const VoxelLook& look, int octant) const {
+    int num_unseen = 0;
+    for (int z = 0; z < kOctantEdge && num_unseen <= kMaxUnseenVoxels; ++z) {
+      const float dz = static_cast<float>(z) - 1.5f;
+      const SliceBits bits = octant == kWholeNode ? look.At(kOctantSlice, dz, kWhole)
+                                                  : look.At(kOctantSlices[octant & 3], dz + ((octant & 4) != 0 ? 2 : -2), kWhole);
+      num_unseen += 16 - std::popcount(bits.free);
+    }
+    return num_unseen <= kMaxUnseenVoxels;
+  }
+
+  /// A block with returns or with voxels of its own: decided voxel by voxel. If it is seen through as a whole, what
+  /// remains to be found out is which voxels beams have crossed.
+  void LookInto(const BlockVisit& visit, int index, ScanMarks::Marked* marked) {
     ++result_.blocks_mixed;
-    BlockBits free = is_free ? kAll : kNone, crossed = kNone;
+    BlockBits free = visit.is_free ? kAll : kNone, crossed = kNone;
     const std::uint32_t place = chunk_ != nullptr ? chunk_->places[index] : 0;
     const unsigned occupied = Volume::has_block(place)
                                   ? OccupiedOctants(pools_.store.block(Volume::block_index(place)))
                                   : Volume::coarse_value(place) > 0 ? kAllOctants : kNoOctants;
     const int columns = projection_.num_columns;
-    if (from.share < 1) {
-      LookUpOctants(corner, {from.pose, 0}, {0, columns, false}, occupied, free, crossed);
+    const NodePose from = PoseFor(visit);
+    if (IsFar(visit, from)) {
+      LookUpBlock(LinearView(*visit.views, visit.child), occupied != kNoOctants, free, crossed);
+    } else if (from.share < 1) {
+      LookUpOctants(visit.corner, {from.pose, 0}, kWhole, occupied, free, crossed);
     } else {
-      LookUpOctants(corner, {&image_.poses.front(), 0}, {0, columns / 2, true}, occupied, free, crossed);
-      LookUpOctants(corner, {&image_.poses.back(), 0}, {columns / 2, columns, true}, occupied, free, crossed);
+      LookUpOctants(visit.corner, {&image_.poses.front(), 0}, {0, columns / 2, true}, occupied, free, crossed);
+      LookUpOctants(visit.corner, {&image_.poses.back(), 0}, {columns / 2, columns, true}, occupied, free, crossed);
     }
     const BlockBits& hit = marked != nullptr ? marked->hit : kNone;
     for (int z = 0; z < kBlockEdge; ++z) free.word[z] &= ~hit.word[z];
@@ -420,7 +523,20 @@ class Carver {
         ApplyToPlace(evidence_, free, crossed, hit, pools_, volume_, *chunk_, chunk_->places[index]);
   }
 
-  /// Looks up a block with one pose, as far as its columns belong to it. @param occupied  octants with occupied voxels
+  /// Looks up a block from its own view.
+  void LookUpBlock(const LinearView& view, bool has_occupied, BlockBits& free, BlockBits& crossed) const {
+    const VoxelLook look(*this, view, 0.5f * (kBlockEdge - 1), has_occupied);
+    for (int z = 0; z < kBlockEdge; ++z) {
+      for (int pair = 0; pair < 4; ++pair) {
+        const SliceBits bits = look.At(kRowPairs[pair], static_cast<float>(z) - 3.5f, kWhole);
+        free.word[z] |= std::uint64_t{bits.free} << (16 * pair);
+        crossed.word[z] |= std::uint64_t{bits.crossed} << (16 * pair);
+      }
+    }
+  }
+
+  /// Looks up a block octant by octant with one pose, as far as its columns belong to it.
+  /// @param occupied  octants with occupied voxels
   void LookUpOctants(const VoxelCoord& corner, const NodePose& from, const ColumnWindow& window, unsigned occupied,
                      BlockBits& free, BlockBits& crossed) const {
     NodeViews views;
@@ -437,26 +553,16 @@ class Carver {
         for (int z = 0; z < kOctantEdge; ++z) free.word[local.z() + z] |= kOctantRows << shift;
       }
       if ((ask >> child & 1) == 0) continue;
-      const OctantLook look(*this, views, child, (occupied >> child & 1) != 0);
+      const VoxelLook look(*this, LinearView(views, child), 0.5f * (kOctantEdge - 1), (occupied >> child & 1) != 0);
       for (int z = 0; z < kOctantEdge; ++z) {
-        const SliceBits bits = look.Slice(z, window);
+        const SliceBits bits = look.At(kOctantSlice, static_cast<float>(z) - 1.5f, window);
         free.word[local.z() + z] |= Spread(bits.free) << shift;
         crossed.word[local.z() + z] |= Spread(bits.crossed) << shift;
       }
     }
   }
 
-  /// An octant of a coarse node counts as seen through when all of its voxels are, but for a few at its border.
-  bool IsSeenThrough(const NodeViews& views, int child) const {
-    const OctantLook look(*this, views, child, false);
-    int num_unseen = 0;
-    for (int z = 0; z < kOctantEdge && num_unseen <= kMaxUnseenVoxels; ++z) {
-      num_unseen += 16 - std::popcount(look.Slice(z, {0, projection_.num_columns, false}).free);
-    }
-    return num_unseen <= kMaxUnseenVoxels;
-  }
-
-  /// Voxels of an octant's slice, bit x + 4 y.
+  /// Of sixteen voxels.
   struct SliceBits {
     std::uint32_t free;
     std::uint32_t crossed;
@@ -470,7 +576,7 @@ class Carver {
     using D = Voxels16;
     using DI = hn::RebindToSigned<D>;
 
-    /// @param column, row  middle of the octant @param reach_*  how far its voxels lie to either side
+    /// @param column, row  middle of the node @param reach_*  how far its voxels lie to either side
     PixelWindow(const Carver& carver, float column, float row, float column_reach, float row_reach) {
       column0_ = static_cast<int>(std::floor(column - column_reach));
       const int row0 = static_cast<int>(std::floor(row - row_reach));
@@ -535,24 +641,24 @@ class Carver {
     bool fits_;
   };
 
-  /// Looks up the voxels of an octant, the projection linear around its middle.
-  class OctantLook {
+  /// Looks up voxels around the middle of a node, sixteen at a time, the projection being linear there.
+  class VoxelLook {
    public:
+    /// @param reach_voxels  how far from the middle voxels may be along each axis
     /// @param has_occupied  which beams have crossed its voxels matters
-    OctantLook(const Carver& carver, const NodeViews& views, int child, bool has_occupied)
+    VoxelLook(const Carver& carver, const LinearView& view, float reach_voxels, bool has_occupied)
         : carver_(carver),
-          views_(views),
-          child_(child),
-          beams_(carver, views.column[child], views.row[child], Reach(views.column_step, child),
-                 Reach(views.row_step, child)),
+          view_(view),
+          per_distance_(1 / view.distance_m),
+          beams_(carver, view.column, view.row, Reach(view.column_step, reach_voxels),
+                 Reach(view.row_step, reach_voxels)),
           gaps_(beams_) {
       // Half a voxel, in columns and rows of the image.
-      const auto width = [&](const float (&step)[3][8]) {
-        return 0.5f * std::sqrt(step[0][child] * step[0][child] + step[1][child] * step[1][child] +
-                                step[2][child] * step[2][child]);
+      const auto width = [](const float (&step)[3]) {
+        return 0.5f * std::sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
       };
-      column_reach_ = width(views.column_step);
-      row_reach_ = width(views.row_step);
+      column_reach_ = width(view.column_step);
+      row_reach_ = width(view.row_step);
       // Where voxels are wider than the image's cells some beam crosses each of them; elsewhere the gaps tell.
       asks_gaps_ = column_reach_ < 0.5f || row_reach_ < 0.5f;
       asks_beams_ = has_occupied || !asks_gaps_;
@@ -560,27 +666,28 @@ class Carver {
       if (asks_gaps_) gaps_.Load(carver.image_.gap_free_m.data());
     }
 
-    SliceBits Slice(int z, const ColumnWindow& window) const {
+    /// @param offsets  from the middle, voxels @param dz  added to all of them
+    SliceBits At(const Offsets& offsets, float dz, const ColumnWindow& window) const {
       const Voxels16 d;
       const hn::RebindToSigned<Voxels16> di;
       using V = hn::Vec<Voxels16>;
-      HWY_ALIGN static constexpr float kX[16] = {-1.5f, -0.5f, 0.5f, 1.5f, -1.5f, -0.5f, 0.5f, 1.5f,
-                                                 -1.5f, -0.5f, 0.5f, 1.5f, -1.5f, -0.5f, 0.5f, 1.5f};
-      HWY_ALIGN static constexpr float kY[16] = {-1.5f, -1.5f, -1.5f, -1.5f, -0.5f, -0.5f, -0.5f, -0.5f,
-                                                 0.5f,  0.5f,  0.5f,  0.5f,  1.5f,  1.5f,  1.5f,  1.5f};
       const V zero = hn::Zero(d), last_row = hn::Set(d, carver_.last_row_);
       const auto mask = hn::Set(di, carver_.column_mask_);
       const auto before = hn::Set(di, window.first - 1), end = hn::Set(di, window.end);
-      const float dz = static_cast<float>(z) - 1.5f;
       SliceBits bits{0, 0};
       for (int lane = 0; lane < 16; lane += static_cast<int>(hn::Lanes(d))) {
-        const V dx = hn::Load(d, kX + lane), dy = hn::Load(d, kY + lane);
-        const auto at = [&](const float (&middle)[8], const float (&step)[3][8]) HWY_ATTR {
-          return hn::Set(d, middle[child_] + step[2][child_] * dz) + hn::Set(d, step[0][child_]) * dx +
-                 hn::Set(d, step[1][child_]) * dy;
+        const V dx = hn::Load(d, offsets.x + lane), dy = hn::Load(d, offsets.y + lane);
+        const V z = hn::Load(d, offsets.z + lane) + hn::Set(d, dz);
+        const auto along = [&](const float (&step)[3]) HWY_ATTR {
+          return hn::Set(d, step[0]) * dx + hn::Set(d, step[1]) * dy + hn::Set(d, step[2]) * z;
         };
-        const V column = at(views_.column, views_.column_step), row = at(views_.row, views_.row_step);
-        const V distance = at(views_.distance_m, views_.distance_step);
+        // To second order: what lies further away is seen under a smaller angle, and what lies aside is further away.
+        const V away = along(view_.distance_step);
+        const V shrunk = hn::Set(d, 1.0f) - away * hn::Set(d, per_distance_);
+        const V column = hn::Set(d, view_.column) + along(view_.column_step) * shrunk;
+        const V row = hn::Set(d, view_.row) + along(view_.row_step) * shrunk;
+        const V aside = (dx * dx + dy * dy + z * z) * hn::Set(d, carver_.voxel_m_ * carver_.voxel_m_) - away * away;
+        const V distance = hn::Set(d, view_.distance_m) + away + aside * hn::Set(d, 0.5f * per_distance_);
         unsigned crossed = 0, filled = 0;
         if (asks_beams_) {
           const V beam_row = hn::Round(row), beam_column = hn::Round(column);
@@ -618,13 +725,13 @@ class Carver {
 
    private:
     /// How far from the middle the outermost voxels lie, with what rounding may add.
-    static float Reach(const float (&step)[3][8], int child) {
-      return 1.5f * (std::abs(step[0][child]) + std::abs(step[1][child]) + std::abs(step[2][child])) + kAngleSlack;
+    static float Reach(const float (&step)[3], float reach_voxels) {
+      return kShrinkSlack * reach_voxels * (std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2])) + kAngleSlack;
     }
 
     const Carver& carver_;
-    const NodeViews& views_;
-    int child_;
+    const LinearView view_;
+    float per_distance_;
     PixelWindow beams_;
     PixelWindow gaps_;
     float column_reach_;

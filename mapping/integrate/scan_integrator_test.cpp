@@ -23,9 +23,9 @@ struct Fixture {
     Pose T_R_L = Pose::Identity();
     T_R_L.translation() = origin.cast<double>();
     scan.poses = {{{0}, T_R_L}};
-    RayBundle bundle(points.size());
-    REQUIRE(bundle.assign(scan, Pose::Identity(), config) == 0);
-    return integrator.integrate(bundle, origin, pools, volume);
+    ScanBeams beams(points.size());
+    REQUIRE(beams.assign(scan, Pose::Identity(), config) == 0);
+    return integrator.integrate(beams, origin, pools, volume);
   }
   [[nodiscard]] LogOdds at(const Eigen::Vector3f& p) const {
     const Eigen::Vector3f v = p / static_cast<float>(config.voxel_size_m);

@@ -49,11 +49,11 @@ struct Fixture {
     }
   }
 
-  void set_uniform(const BlockCoord& coord, LogOdds value) {
+  void set_coarse(const BlockCoord& coord, LogOdds value, OctantMask known = kAllOctants) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = volume.make_place(pools, coord, &chunk);
     REQUIRE(place != nullptr);
-    volume.set_uniform(pools, *chunk, *place, value);
+    volume.set_coarse(pools, *chunk, *place, value, known);
   }
 
   [[nodiscard]] TriangleMesh mesh() const { return extract_mesh(store, volume, kVoxelSize); }
@@ -227,10 +227,10 @@ TEST_CASE("coarse nodes meet each other and blocks without cracks") {
   Fixture f;
   for (int z = -1; z <= 1; ++z) {
     for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) f.set_uniform({x, y, z}, -8);
+      for (int x = -1; x <= 1; ++x) f.set_coarse({x, y, z}, -8);
     }
   }
-  f.set_uniform({0, 0, 0}, 20);
+  f.set_coarse({0, 0, 0}, 20);
   const TriangleMesh mesh = f.mesh();
   CHECK(open_sides(mesh).empty());
   CHECK(euler_characteristic(mesh) == 2);

@@ -19,16 +19,19 @@ struct TwoVolumes {
     std::uint32_t* place = volume.make_place(pools, parent_coord(voxel), &chunk);
     volume.make_block(pools, *chunk, *place)->voxels[index_in_block(voxel)] = value;
   }
-  void set_block(Volume& volume, const BlockCoord& block, LogOdds value) {
+  void set_block(Volume& volume, const BlockCoord& block, LogOdds value, OctantMask known) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = volume.make_place(pools, block, &chunk);
-    volume.set_uniform(pools, *chunk, *place, value);
+    volume.set_coarse(pools, *chunk, *place, value, known);
   }
-  /// Random voxels and coarse nodes in a cube of 40 voxels around the origin.
+  /// Random voxels and coarse nodes, whole and partly known ones, in a cube of 40 voxels around the origin.
   void fill(Volume& volume, unsigned seed) {
     std::mt19937 rng(seed);
     std::uniform_int_distribution<int> coordinate(-20, 19), block(-3, 2), value(-40, 70);
-    for (int i = 0; i < 20; ++i) set_block(volume, {block(rng), block(rng), block(rng)}, -20);
+    for (int i = 0; i < 40; ++i) {
+      const auto known = i % 2 ? static_cast<OctantMask>(1 + rng() % 255) : kAllOctants;
+      set_block(volume, {block(rng), block(rng), block(rng)}, -20, known);
+    }
     for (int i = 0; i < 8000; ++i) {
       set(volume, {coordinate(rng), coordinate(rng), coordinate(rng)}, static_cast<LogOdds>(value(rng)));
     }

@@ -1,4 +1,4 @@
-#include "mapping/scan/deskew.hpp"
+#include "mapping/scan/scan_beams.hpp"
 
 #include <doctest/doctest.h>
 
@@ -43,12 +43,12 @@ TEST_CASE("each column is placed by the pose at its own stamp") {
   Pose moved = Pose::Identity();
   moved.translation().x() = 0.63;
   scan.poses = {{{0}, Pose::Identity()}, {{63'000'000}, moved}};
-  RayBundle bundle(64);
-  CHECK(bundle.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  REQUIRE(bundle.num_returns() == 64);
+  ScanBeams beams(64);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  REQUIRE(beams.num_returns() == 64);
   for (int column = 0; column < 64; ++column) {
-    CHECK(bundle.rays()[column].origin_S.x() == doctest::Approx(0.01 * column));
-    CHECK((bundle.rays()[column].end_S - bundle.rays()[column].origin_S).norm() == doctest::Approx(5.0));
+    CHECK(beams.rays()[column].origin_S.x() == doctest::Approx(0.01 * column));
+    CHECK((beams.rays()[column].end_S - beams.rays()[column].origin_S).norm() == doctest::Approx(5.0));
   }
 }
 
@@ -59,21 +59,21 @@ TEST_CASE("pixels without a return, lost columns and returns that are too near s
   scan.ranges_mm[1] = 300;
   scan.ranges_mm[2] = 5000;
   scan.column_valid[2] = 0;
-  RayBundle bundle(64);
-  CHECK(bundle.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  CHECK(bundle.rays().size() == 1);
+  ScanBeams beams(64);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.rays().size() == 1);
 }
 
 TEST_CASE("a return beyond the longest range is free up to there and no surface") {
   const ScanGeometry geometry = ring_geometry(1, 0);
   Scan scan = empty_scan(geometry);
   scan.ranges_mm[0] = 80'000;
-  RayBundle bundle(64);
-  CHECK(bundle.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  REQUIRE(bundle.rays().size() == 1);
-  CHECK_FALSE(bundle.rays()[0].is_return);
-  CHECK(bundle.rays()[0].free_m == doctest::Approx(60.0));
-  CHECK(bundle.num_returns() == 0);
+  ScanBeams beams(64);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  REQUIRE(beams.rays().size() == 1);
+  CHECK_FALSE(beams.rays()[0].is_return);
+  CHECK(beams.rays()[0].free_m == doctest::Approx(60.0));
+  CHECK(beams.num_returns() == 0);
 }
 
 TEST_CASE("a beam stops proving free space one voxel above the floor that it skims") {
@@ -95,9 +95,9 @@ TEST_CASE("a beam stops proving free space one voxel above the floor that it ski
       scan.ranges_mm[beam * 64 + column] = static_cast<std::uint32_t>(std::lround(1000 / std::sin((2 + beam) * degree)));
     }
   }
-  RayBundle bundle(128);
-  CHECK(bundle.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  for (const Ray& ray : bundle.rays()) {
+  ScanBeams beams(128);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  for (const Ray& ray : beams.rays()) {
     const Eigen::Vector3f last_free = ray.origin_S + ray.free_m * (ray.end_S - ray.origin_S).normalized();
     CHECK(last_free.z() + 1.0f == doctest::Approx(0.065).epsilon(0.05));
   }
@@ -110,11 +110,11 @@ TEST_CASE("a cloud is placed by its own pose and its beams begin at its origin")
   Pose T_R_L = Pose::Identity();
   T_R_L.translation() = Eigen::Vector3d(1, 2, 3);
   scan.poses = {{{0}, T_R_L}};
-  RayBundle bundle(8);
-  CHECK(bundle.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  REQUIRE(bundle.rays().size() == 1);
-  CHECK((bundle.rays()[0].end_S - Eigen::Vector3f(4, 6, 3)).norm() < 1e-5f);
-  CHECK((bundle.rays()[0].origin_S - Eigen::Vector3f(1, 2, 3)).norm() < 1e-6f);
+  ScanBeams beams(8);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  REQUIRE(beams.rays().size() == 1);
+  CHECK((beams.rays()[0].end_S - Eigen::Vector3f(4, 6, 3)).norm() < 1e-5f);
+  CHECK((beams.rays()[0].origin_S - Eigen::Vector3f(1, 2, 3)).norm() < 1e-6f);
 }
 
 TEST_CASE("points at a cloud's origin are no beams, whatever the least range") {
@@ -124,9 +124,9 @@ TEST_CASE("points at a cloud's origin are no beams, whatever the least range") {
   scan.poses = {{{0}, Pose::Identity()}};
   VoxelConfig config;
   config.min_range_m = 0;
-  RayBundle bundle(8);
-  CHECK(bundle.assign(scan, Pose::Identity(), config) == 0);
-  CHECK(bundle.rays().size() == 1);
+  ScanBeams beams(8);
+  CHECK(beams.assign(scan, Pose::Identity(), config) == 0);
+  CHECK(beams.rays().size() == 1);
 }
 
 TEST_CASE("a beam between two others begins where they are half a voxel apart, or where one of them ends") {
@@ -134,15 +134,15 @@ TEST_CASE("a beam between two others begins where they are half a voxel apart, o
   Scan scan = empty_scan(geometry);
   for (auto& range : scan.ranges_mm) range = 5000;
   scan.ranges_mm[17] = 0;
-  RayBundle bundle(64);
-  CHECK(bundle.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  REQUIRE(bundle.rays().size() == 63);
+  ScanBeams beams(64);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  REQUIRE(beams.rays().size() == 63);
   const double column_rad = 2 * std::numbers::pi / 64;
-  CHECK(bundle.rays()[8].start_m == 0);
-  CHECK(bundle.rays()[3].start_m == doctest::Approx(0.5 * 0.065 / (2 * column_rad)));
-  CHECK(bundle.rays()[4].start_m == doctest::Approx(0.5 * 0.065 / (8 * column_rad)));
+  CHECK(beams.rays()[8].start_m == 0);
+  CHECK(beams.rays()[3].start_m == doctest::Approx(0.5 * 0.065 / (2 * column_rad)));
+  CHECK(beams.rays()[4].start_m == doctest::Approx(0.5 * 0.065 / (8 * column_rad)));
   // Column 18 stands between 16 and 20; 17 and 19 would be finer ones. Column 17 itself has no return.
-  CHECK(bundle.rays()[17].start_m == doctest::Approx(0.5 * 0.065 / (4 * column_rad)));
+  CHECK(beams.rays()[17].start_m == doctest::Approx(0.5 * 0.065 / (4 * column_rad)));
 }
 
 TEST_CASE("a beam whose neighbour proves nothing begins at the sensor") {
@@ -150,20 +150,20 @@ TEST_CASE("a beam whose neighbour proves nothing begins at the sensor") {
   Scan scan = empty_scan(geometry);
   for (auto& range : scan.ranges_mm) range = 5000;
   scan.ranges_mm[16] = 0;
-  RayBundle bundle(64);
-  CHECK(bundle.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  CHECK(bundle.rays()[15].start_m == 0);
-  CHECK(bundle.rays()[16].start_m == 0);
-  CHECK(bundle.rays()[13].start_m > 0);
+  ScanBeams beams(64);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.rays()[15].start_m == 0);
+  CHECK(beams.rays()[16].start_m == 0);
+  CHECK(beams.rays()[13].start_m > 0);
 }
 
 TEST_CASE("beams beyond the capacity are declined and counted") {
   const ScanGeometry geometry = ring_geometry(1, 0);
   Scan scan = empty_scan(geometry);
   for (auto& range : scan.ranges_mm) range = 5000;
-  RayBundle bundle(10);
-  CHECK(bundle.assign(scan, Pose::Identity(), VoxelConfig{}) == 54);
-  CHECK(bundle.rays().size() == 10);
+  ScanBeams beams(10);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 54);
+  CHECK(beams.rays().size() == 10);
 }
 
 }  // namespace
