@@ -36,14 +36,23 @@ struct MapBuilder {
     if (block != nullptr) block->voxels[index_in_block(voxel)] = value;
   }
 
-  void set_coarse(Submap& submap, const BlockCoord& coord, LogOdds value, OctantMask known = kAllOctants) {
+  void set_coarse(Submap& submap, const BlockCoord& coord, LogOdds value,
+                  OctantMask known = kAllOctants) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = submap.volume.make_place(pools, coord, &chunk);
     if (place != nullptr) submap.volume.set_coarse(pools, *chunk, *place, value, known);
   }
 
-  /// Scatters coarse free space (half of it partly known) and blocks of random voxels (some unknown) over several chunks
-  /// around S's origin.
+  /// The same content as `set_coarse` gives, but voxel by voxel.
+  void set_plain(Submap& submap, const BlockCoord& coord, LogOdds value, OctantMask known) {
+    for (int v = 0; v < kBlockVoxels; ++v) {
+      const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(v & 7, v >> 3 & 7, v >> 6);
+      if ((known >> octant_of(v) & 1) != 0) set_voxel(submap, voxel, value);
+    }
+  }
+
+  /// Scatters coarse free space, half of it partly known, and blocks of random voxels (some
+  /// unknown) over several chunks around S's origin.
   void fill_randomly(Submap& submap, unsigned seed, int num_blocks = 40) {
     std::mt19937 rng(seed);
     std::uniform_int_distribution<int> coordinate(-9, 8), value(-40, 70);

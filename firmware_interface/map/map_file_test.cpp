@@ -81,6 +81,27 @@ TEST_CASE("a map comes back from its file exactly as it was saved") {
   CHECK(bytes_of(directory / "again.cloister") == bytes_of(directory / "map.cloister"));
 }
 
+TEST_CASE("coarse nodes come back from the file with the octants they know") {
+  MapBuilder map;
+  Submap& submap = map.add_submap(1);
+  for (int known = 1; known < 256; ++known) {
+    map.set_coarse(submap, {known % 16, known / 16, -3}, static_cast<LogOdds>(-1 - known % 40),
+                   static_cast<OctantMask>(known));
+  }
+  const ScratchDirectory directory;
+  REQUIRE(save_map(directory / "map.cloister", map.view()).has_value());
+  const auto loaded = load_map(directory / "map.cloister");
+  REQUIRE_MESSAGE(loaded.has_value(), loaded.error().message);
+  check_same(submap, map.store, loaded->submaps[0], *loaded->store);
+  for (int known = 1; known < 256; ++known) {
+    const BlockView view =
+        loaded->submaps[0].volume.view(*loaded->store, {known % 16, known / 16, -3});
+    CHECK(view.block == nullptr);
+    CHECK(int{view.known} == known);
+    CHECK(int{view.coarse} == -1 - known % 40);
+  }
+}
+
 TEST_CASE("a map without submaps is a map") {
   const MapBuilder map(0, 0);
   const ScratchDirectory directory;
@@ -224,6 +245,13 @@ TEST_CASE("content that lies is refused even when its checksums are right") {
   CHECK(refused(d + offsetof(Description, num_nodes), ~std::uint64_t{0}));
   CHECK(refused(d + offsetof(Description, num_chunks), std::uint64_t{1}));
   CHECK(refused(d + offsetof(Description, num_blocks), std::uint64_t{0}));
+  // Block (9, 0, 0) is place 1 of the second chunk: nodes and the first chunk with its block come before.
+  const std::size_t second_chunk = d + sizeof(Description) + 3 * sizeof(NodeId) +
+                                   map_layout::kChecksumBytes + sizeof(ChunkRecord) + sizeof(Block);
+  CHECK(refused(second_chunk + offsetof(ChunkRecord, known) + 1, kNoOctants));
+  CHECK(refused(second_chunk + offsetof(ChunkRecord, coarse) + 1, kUnknownLogOdds));
+  CHECK(refused(second_chunk + offsetof(ChunkRecord, known) + 2, OctantMask{4}));
+  CHECK_FALSE(refused(second_chunk + offsetof(ChunkRecord, known) + 1, OctantMask{4}));
 }
 
 TEST_CASE("the map hash does not see pools and orders, but every change of content") {
@@ -254,8 +282,13 @@ TEST_CASE("the map hash does not see pools and orders, but every change of conte
   CHECK(before != hash(b));
   b.set_coarse(b1, {1000, 0, 0}, 0);
   CHECK(before == hash(b));
+  a.set_coarse(a1, {1000, 0, 0}, -1, 0x35);
+  b.set_coarse(b1, {1000, 0, 0}, -1, 0x34);
+  CHECK(hash(a) != hash(b));
+  b.set_coarse(b1, {1000, 0, 0}, -1, 0x35);
+  CHECK(hash(a) == hash(b));
   b0.id = 2;
-  CHECK(before != hash(b));
+  CHECK(hash(a) != hash(b));
 }
 
 }  // namespace

@@ -46,6 +46,30 @@ TEST_CASE("OpenVDB reads back one grid per submap with its voxels and pose") {
   CHECK(file.getGrids()->size() == 3);
 }
 
+TEST_CASE("OpenVDB sees no difference between a partly known coarse node and the same voxels") {
+  MapBuilder map;
+  Submap& coarse = map.add_submap(0);
+  Submap& plain = map.add_submap(1);
+  for (const int known : {0x01, 0x80, 0x35, 0x7f, 0xff}) {
+    map.set_coarse(coarse, {known, 0, 0}, -9, static_cast<OctantMask>(known));
+    map.set_plain(plain, {known, 0, 0}, -9, static_cast<OctantMask>(known));
+  }
+  const ScratchDirectory directory;
+  REQUIRE(export_map(map.view(), directory / "map.vdb").has_value());
+  openvdb::initialize();
+  openvdb::io::File file((directory / "map.vdb").string());
+  file.open();
+  const auto a = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("submap_0"));
+  const auto b = openvdb::gridPtrCast<openvdb::FloatGrid>(file.readGrid("submap_1"));
+  CHECK(a->activeVoxelCount() == (1 + 1 + 4 + 7 + 8) * kOctantVoxels);
+  CHECK(a->activeVoxelCount() == b->activeVoxelCount());
+  const auto in_a = a->getConstAccessor();
+  for (auto voxel = b->cbeginValueOn(); voxel; ++voxel) {
+    CHECK(in_a.isValueOn(voxel.getCoord()));
+    CHECK(in_a.getValue(voxel.getCoord()) == *voxel);
+  }
+}
+
 TEST_CASE("an OpenVDB file that cannot be written is reported") {
   const MapBuilder map(0, 0);
   const auto exported = export_map(map.view(), "no/such/folder/map.vdb");

@@ -70,6 +70,47 @@ TEST_CASE("coarse nodes stay coarse") {
   CHECK(v.into.at(v.store, {16, 16, 16}) == -32);
 }
 
+TEST_CASE("partly known coarse nodes fuse to the same states as the same voxels one by one") {
+  for (const Eigen::Vector3d& shift : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(8, 0, -8), Eigen::Vector3d(4, 3, 0)}) {
+    TwoVolumes coarse, plain;
+    std::mt19937 rng(9);
+    const auto add = [&](TwoVolumes& v, Volume& volume, const BlockCoord& coord, LogOdds value, OctantMask known,
+                         bool is_coarse) {
+      Chunk* chunk = nullptr;
+      std::uint32_t* place = volume.make_place(v.pools, coord, &chunk);
+      if (is_coarse) return volume.set_coarse(v.pools, *chunk, *place, value, known);
+      Block* block = volume.make_block(v.pools, *chunk, *place);
+      for (int i = 0; i < kBlockVoxels; ++i) block->voxels[i] = known >> octant_of(i) & 1 ? value : kUnknownLogOdds;
+    };
+    // Free nodes meet free and occupied ones, whole and in parts.
+    for (int i = 0; i < 100; ++i) {
+      const BlockCoord coord(i % 10, i / 10, 0);
+      for (const bool is_into : {true, false}) {
+        const auto known = rng() % 3 == 0 ? kAllOctants : static_cast<OctantMask>(rng() % 256);
+        const auto value = static_cast<LogOdds>(known == kAllOctants && rng() % 3 == 0 ? 25 : -10 - static_cast<int>(rng() % 5));
+        if (known == kNoOctants) continue;
+        add(coarse, is_into ? coarse.into : coarse.from, coord, value, known, true);
+        add(plain, is_into ? plain.into : plain.from, coord, value, known, false);
+      }
+    }
+    Pose T_from_into = Pose::Identity();
+    T_from_into.translation() = shift * coarse.config.voxel_size_m;
+    REQUIRE(fuse_volume(coarse.from, T_from_into, coarse.config, coarse.pools, coarse.into));
+    REQUIRE(fuse_volume(plain.from, T_from_into, plain.config, plain.pools, plain.into));
+    int num_known = 0;
+    for (int z = -16; z < 24; ++z) {
+      for (int y = -16; y < 100; ++y) {
+        for (int x = -16; x < 100; ++x) {
+          const LogOdds expected = plain.into.at(plain.store, {x, y, z});
+          num_known += expected != kUnknownLogOdds;
+          REQUIRE(state_of(coarse.into.at(coarse.store, {x, y, z})) == state_of(expected));
+        }
+      }
+    }
+    CHECK(num_known > 30'000);
+  }
+}
+
 TEST_CASE("fusion between rotated grids keeps a plane within a voxel of where it was") {
   TwoVolumes v;
   for (int y = -30; y < 30; ++y) {

@@ -21,11 +21,11 @@ constexpr int kChunkVoxels = kBlockEdge * kChunkEdge;
 constexpr float kHalfDiagonal = 0.8660254f;  // of a cube of edge 1
 // What lies nearer than the middle of a node that is looked up from there is seen under an angle larger by up to this.
 constexpr float kShrinkSlack = 1.1f;
-// Angles that rounding may be wrong by, in columns or rows.
+// What rounding may be wrong by, in columns or rows.
 constexpr float kAngleSlack = 0.01f;
 
-// A node is looked up from its middle's view alone where the bend of the projection leaves voxels this far off at most.
-constexpr float kMaxBendVoxels = 0.15f;
+// Blocks nearer than this are looked up octant by octant: across them the projection bends too much.
+constexpr float kMinFarVoxels = 200;
 
 // Of an octant's 64, for it to be free as a whole all the same.
 constexpr int kMaxUnseenVoxels = 16;
@@ -36,8 +36,9 @@ using Ints8 = hn::RebindToSigned<Lanes8>;
 
 /// How eight sibling nodes look from the sensor. Gradients are per voxel along S's axes.
 struct NodeViews {
-  HWY_ALIGN float column[8], row[8], distance_m[8], axis_m[8];
-  HWY_ALIGN float column_step[3][8], row_step[3][8], distance_step[3][8];
+  HWY_ALIGN float column[8], sine[8], distance_m[8], axis_m[8];
+  HWY_ALIGN float row[8], rows_per_sine[8];
+  HWY_ALIGN float column_step[3][8], sine_step[3][8], distance_step[3][8];
   unsigned free = 0;   ///< bit i: child i is free throughout
   unsigned mixed = 0;  ///< bit i: child i must be divided
   unsigned gaps = 0;   ///< bit i: some of it may be seen through by all four beams around
@@ -46,16 +47,21 @@ struct NodeViews {
 /// How the surroundings of a point look from the sensor, to first order. Steps are per voxel along S's axes.
 struct LinearView {
   LinearView(const NodeViews& views, int child)
-      : column(views.column[child]), row(views.row[child]), distance_m(views.distance_m[child]) {
+      : column(views.column[child]),
+        sine(views.sine[child]),
+        distance_m(views.distance_m[child]),
+        row(views.row[child]),
+        rows_per_sine(views.rows_per_sine[child]) {
     for (int i = 0; i < 3; ++i) {
       column_step[i] = views.column_step[i][child];
-      row_step[i] = views.row_step[i][child];
+      sine_step[i] = views.sine_step[i][child];
       distance_step[i] = views.distance_step[i][child];
     }
   }
 
-  float column, row, distance_m;
-  float column_step[3], row_step[3], distance_step[3];
+  float column, sine, distance_m;  ///< sine of the elevation
+  float row, rows_per_sine;
+  float column_step[3], sine_step[3], distance_step[3];
 };
 
 /// Which pose a node is projected with, and how much of the scan's motion happened while its beams were fired.
@@ -193,6 +199,11 @@ class Carver {
     return lower + rise * (place - hn::ConvertTo(d, index));
   }
 
+  float RowOf(float sine) const {
+    constexpr float kSteps = SphericalProjection::kSineSteps;
+    return projection_.row_of_sine[static_cast<std::size_t>(std::clamp(0.5f * (sine + 1) * kSteps, 0.0f, kSteps))];
+  }
+
   /// Projects the eight children of a node and holds them against the image's bounds.
   void ViewChildren(const VoxelCoord& corner, int child_edge, const NodePose& from, NodeViews& views) const {
     const Lanes8 d;
@@ -248,14 +259,16 @@ class Carver {
       const V column = (Azimuth(d, y, x) - hn::Set(d, projection_.azimuth0_rad)) * per_rad;
       hn::Store(column, d, views.column + lane);
       hn::Store(row, d, views.row + lane);
+      hn::Store(row_slope, d, views.rows_per_sine + lane);
+      hn::Store(sin_up, d, views.sine + lane);
       hn::Store(distance, d, views.distance_m + lane);
       hn::Store(axis, d, views.axis_m + lane);
       const V voxel = hn::Set(d, voxel_m_);
       const V column_scale = voxel * per_axis * per_rad;
-      const V row_scale = voxel * per_distance * row_slope * hn::Abs(cos_up);
+      const V sine_scale = voxel * per_distance * hn::Abs(cos_up);
       for (int i = 0; i < 3; ++i) {
         hn::Store(around[i] * column_scale, d, views.column_step[i] + lane);
-        hn::Store(up[i] * row_scale, d, views.row_step[i] + lane);
+        hn::Store(up[i] * sine_scale, d, views.sine_step[i] + lane);
         hn::Store(away[i] * voxel, d, views.distance_step[i] + lane);
       }
 
@@ -405,11 +418,10 @@ class Carver {
     const NodePose* from;    ///< where it is seen from, without views
   };
 
-  /// Can its voxels be looked up from the block's own view? Then it is seen by one pose as well.
-  bool IsFar(const BlockVisit& visit, const NodePose& from) const {
-    constexpr float kRadius = kHalfDiagonal * (kBlockEdge - 1);  // voxels
-    return visit.views != nullptr && from.share < 1 &&
-           0.5f * kRadius * kRadius * voxel_m_ <= kMaxBendVoxels * visit.views->distance_m[visit.child];
+  /// Is it far enough away for its voxels to be looked up from its own view, if all of them lie in few pixels? One pose
+  /// has to see it as a whole as well.
+  bool MayBeFar(const BlockVisit& visit, const NodePose& from) const {
+    return visit.views != nullptr && from.share < 1 && visit.views->distance_m[visit.child] > kMinFarVoxels * voxel_m_;
   }
 
   NodePose PoseFor(const BlockVisit& visit) const {
@@ -457,9 +469,9 @@ class Carver {
   OctantMask FreeOctants(const BlockVisit& visit, OctantMask known) const {
     const NodePose from = PoseFor(visit);
     unsigned free = 0;
-    if (IsFar(visit, from)) {
-      const LinearView view(*visit.views, visit.child);
-      const VoxelLook look(*this, view, 0.5f * (kBlockEdge - 1), false);
+    if (MayBeFar(visit, from)) {
+      const VoxelLook look(*this, LinearView(*visit.views, visit.child), 0.5f * (kBlockEdge - 1), false);
+      if (!look.fits()) return FreeOctants(visit, known, from);
       const unsigned middles = look.At(kOctantMiddles, 0, kWhole).free & 0xff;
       for (unsigned open = middles; open != 0; open &= open - 1) {
         const int octant = std::countr_zero(open);
@@ -467,9 +479,14 @@ class Carver {
       }
       return static_cast<OctantMask>(free);
     }
+    return FreeOctants(visit, known, from);
+  }
+
+  /// The same for a block that is near.
+  OctantMask FreeOctants(const BlockVisit& visit, OctantMask known, const NodePose& from) const {
     NodeViews views;
     ViewChildren(visit.corner, kOctantEdge, from, views);
-    free = views.free;
+    unsigned free = views.free;
     if (from.share < 1) {
       for (unsigned open = views.mixed & views.gaps & ~unsigned{known}; open != 0; open &= open - 1) {
         const int child = std::countr_zero(open);
@@ -503,8 +520,8 @@ class Carver {
                                   : Volume::coarse_value(place) > 0 ? kAllOctants : kNoOctants;
     const int columns = projection_.num_columns;
     const NodePose from = PoseFor(visit);
-    if (IsFar(visit, from)) {
-      LookUpBlock(LinearView(*visit.views, visit.child), occupied != kNoOctants, free, crossed);
+    if (MayBeFar(visit, from) && LookUpBlock(LinearView(*visit.views, visit.child), occupied != kNoOctants, free, crossed)) {
+      // Done.
     } else if (from.share < 1) {
       LookUpOctants(visit.corner, {from.pose, 0}, kWhole, occupied, free, crossed);
     } else {
@@ -523,16 +540,11 @@ class Carver {
         ApplyToPlace(evidence_, free, crossed, hit, pools_, volume_, *chunk_, chunk_->places[index]);
   }
 
-  /// Looks up a block from its own view.
-  void LookUpBlock(const LinearView& view, bool has_occupied, BlockBits& free, BlockBits& crossed) const {
+  /// Looks up a block from its own view. @return false when it has too many pixels for that
+  bool LookUpBlock(const LinearView& view, bool has_occupied, BlockBits& free, BlockBits& crossed) const {
     const VoxelLook look(*this, view, 0.5f * (kBlockEdge - 1), has_occupied);
-    for (int z = 0; z < kBlockEdge; ++z) {
-      for (int pair = 0; pair < 4; ++pair) {
-        const SliceBits bits = look.At(kRowPairs[pair], static_cast<float>(z) - 3.5f, kWhole);
-        free.word[z] |= std::uint64_t{bits.free} << (16 * pair);
-        crossed.word[z] |= std::uint64_t{bits.crossed} << (16 * pair);
-      }
-    }
+    if (look.fits()) look.AtBlock(free, crossed);
+    return look.fits();
   }
 
   /// Looks up a block octant by octant with one pose, as far as its columns belong to it.
@@ -575,19 +587,26 @@ class Carver {
    public:
     using D = Voxels16;
     using DI = hn::RebindToSigned<D>;
+    static constexpr int kRows = 4, kColumns = 8;
 
-    /// @param column, row  middle of the node @param reach_*  how far its voxels lie to either side
-    PixelWindow(const Carver& carver, float column, float row, float column_reach, float row_reach) {
-      column0_ = static_cast<int>(std::floor(column - column_reach));
-      const int row0 = static_cast<int>(std::floor(row - row_reach));
-      const int last_row = carver.projection_.num_rows() - 1;
-      fits_ = kHasTables && last_row + 1 >= kRows &&
-              static_cast<int>(std::floor(column + column_reach + 0.5f)) < column0_ + kColumns &&
-              static_cast<int>(std::floor(row + row_reach + 0.5f)) < row0 + kRows;
-      row0_ = std::clamp(row0, 0, std::max(last_row + 1 - kRows, 0));
-      stride_ = carver.image_.stride;
-      mask_ = carver.column_mask_;
+    /// @param reach_*  how far from the view's middle its voxels lie to either side
+    PixelWindow(const Carver& carver, const LinearView& view, float column_reach, float sine_reach)
+        : stride_(carver.image_.stride), mask_(carver.column_mask_) {
+      const auto& rows = carver.projection_.rows;
+      const int num_rows = carver.projection_.num_rows();
+      column0_ = static_cast<int>(std::floor(view.column - column_reach));
+      // The rows above and below all of it; further apart than the window, the search is over.
+      const int middle = std::clamp(static_cast<int>(view.row), 0, num_rows - 1);
+      int upper = middle, lower = middle;
+      while (upper > 0 && upper > middle - kRows && rows[upper].sin_elevation < view.sine + sine_reach) --upper;
+      while (lower + 1 < num_rows && lower < upper + kRows && rows[lower].sin_elevation > view.sine - sine_reach) ++lower;
+      fits_ = num_rows >= kRows && lower < upper + kRows &&
+              static_cast<int>(std::floor(view.column + column_reach + 0.5f)) < column0_ + kColumns;
+      row0_ = std::clamp(upper, 0, std::max(num_rows - kRows, 0));
     }
+
+    [[nodiscard]] bool fits() const { return fits_; }
+    [[nodiscard]] int row0() const { return row0_; }
 
     /// Makes ready to look into one image. [rows x stride]
     void Load(const float* pixels) {
@@ -628,13 +647,9 @@ class Carver {
     }
 
    private:
-    static constexpr int kRows = 4, kColumns = 8;
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
-    static constexpr bool kHasTables = true;
     static constexpr int kTables = kRows * kColumns / static_cast<int>(HWY_MAX_BYTES >= 64 ? 16 : 8);
     hn::Vec<D> table_[kTables];
-#else
-    static constexpr bool kHasTables = false;
 #endif
     const float* pixels_ = nullptr;
     int row0_, column0_, stride_, mask_;
@@ -650,30 +665,39 @@ class Carver {
         : carver_(carver),
           view_(view),
           per_distance_(1 / view.distance_m),
-          beams_(carver, view.column, view.row, Reach(view.column_step, reach_voxels),
-                 Reach(view.row_step, reach_voxels)),
+          beams_(carver, view, Reach(view.column_step, reach_voxels) + kAngleSlack,
+                 Reach(view.sine_step, reach_voxels)),
           gaps_(beams_) {
-      // Half a voxel, in columns and rows of the image.
+      // Half a voxel, in columns and by the sine of the elevation.
       const auto width = [](const float (&step)[3]) {
         return 0.5f * std::sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
       };
       column_reach_ = width(view.column_step);
-      row_reach_ = width(view.row_step);
+      sine_reach_ = width(view.sine_step);
       // Where voxels are wider than the image's cells some beam crosses each of them; elsewhere the gaps tell.
-      asks_gaps_ = column_reach_ < 0.5f || row_reach_ < 0.5f;
+      asks_gaps_ = column_reach_ < 0.5f || sine_reach_ * view.rows_per_sine < 0.5f;
       asks_beams_ = has_occupied || !asks_gaps_;
+      // Across many rows, the spacing that they have on the whole.
+      const float sine_reach = Reach(view.sine_step, reach_voxels);
+      rows_per_sine_ = beams_.fits() ? view.rows_per_sine
+                                     : (carver.RowOf(view.sine + sine_reach) - carver.RowOf(view.sine - sine_reach)) /
+                                           (2 * sine_reach);
       if (asks_beams_) beams_.Load(carver.image_.free_m.data());
       if (asks_gaps_) gaps_.Load(carver.image_.gap_free_m.data());
     }
 
+    /// How far from the middle the outermost voxels lie.
+    static float Reach(const float (&step)[3], float reach_voxels) {
+      return kShrinkSlack * reach_voxels * (std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]));
+    }
+
+    /// Are all its pixels in registers?
+    [[nodiscard]] bool fits() const { return beams_.fits(); }
+
     /// @param offsets  from the middle, voxels @param dz  added to all of them
     SliceBits At(const Offsets& offsets, float dz, const ColumnWindow& window) const {
       const Voxels16 d;
-      const hn::RebindToSigned<Voxels16> di;
       using V = hn::Vec<Voxels16>;
-      const V zero = hn::Zero(d), last_row = hn::Set(d, carver_.last_row_);
-      const auto mask = hn::Set(di, carver_.column_mask_);
-      const auto before = hn::Set(di, window.first - 1), end = hn::Set(di, window.end);
       SliceBits bits{0, 0};
       for (int lane = 0; lane < 16; lane += static_cast<int>(hn::Lanes(d))) {
         const V dx = hn::Load(d, offsets.x + lane), dy = hn::Load(d, offsets.y + lane);
@@ -684,49 +708,113 @@ class Carver {
         // To second order: what lies further away is seen under a smaller angle, and what lies aside is further away.
         const V away = along(view_.distance_step);
         const V shrunk = hn::Set(d, 1.0f) - away * hn::Set(d, per_distance_);
-        const V column = hn::Set(d, view_.column) + along(view_.column_step) * shrunk;
-        const V row = hn::Set(d, view_.row) + along(view_.row_step) * shrunk;
         const V aside = (dx * dx + dy * dy + z * z) * hn::Set(d, carver_.voxel_m_ * carver_.voxel_m_) - away * away;
-        const V distance = hn::Set(d, view_.distance_m) + away + aside * hn::Set(d, 0.5f * per_distance_);
-        unsigned crossed = 0, filled = 0;
-        if (asks_beams_) {
-          const V beam_row = hn::Round(row), beam_column = hn::Round(column);
-          const auto is_near = hn::And(hn::And(beam_row >= zero, beam_row <= last_row),
-                                       hn::And(hn::Abs(row - beam_row) <= hn::Set(d, row_reach_),
-                                               hn::Abs(column - beam_column) <= hn::Set(d, column_reach_)));
-          const auto column_index = hn::ConvertTo(di, beam_column);
-          const V proven = beams_.At(hn::ConvertTo(di, hn::Min(hn::Max(beam_row, zero), last_row)), column_index);
-          auto is_crossed = hn::And(is_near, proven >= distance);
-          if (window.is_seam) {
-            // A pixel that was fired at the other end of the scan belongs to the other pose.
-            const auto wrapped = column_index & mask;
-            const auto is_inside = hn::RebindMask(d, hn::And(wrapped > before, wrapped < end));
-            is_crossed = hn::And(hn::And(is_near, hn::Xor(is_inside, proven < zero)), hn::Abs(proven) >= distance);
-          }
-          crossed = Bits16(d, is_crossed);
-        }
-        if (asks_gaps_) {
-          const V gap_row = hn::Floor(row);
-          const auto in_rows = hn::And(gap_row >= zero, gap_row < last_row);
-          const auto column_index = hn::ConvertTo(di, hn::Floor(column));
-          const V gap = gaps_.At(hn::ConvertTo(di, hn::Min(hn::Max(gap_row, zero), last_row)), column_index);
-          auto is_filled = hn::And(in_rows, gap >= distance);
-          if (window.is_seam) {
-            const auto wrapped = column_index & mask;
-            is_filled = hn::And(is_filled, hn::RebindMask(d, hn::And(wrapped > before, wrapped < end)));
-          }
-          filled = Bits16(d, is_filled);
-        }
-        bits.free |= (crossed | filled) << lane;
-        bits.crossed |= crossed << lane;
+        const SliceBits some = Judge(hn::Set(d, view_.column) + along(view_.column_step) * shrunk,
+                                     hn::Set(d, view_.sine) + along(view_.sine_step) * shrunk,
+                                     hn::Set(d, view_.distance_m) + away + aside * hn::Set(d, 0.5f * per_distance_), window);
+        bits.free |= some.free << lane;
+        bits.crossed |= some.crossed << lane;
       }
       return bits;
     }
 
+    /// All voxels of a block around the middle, to first order: for one that is far away.
+    HWY_INLINE void AtBlock(BlockBits& free, BlockBits& crossed) const {
+      const Voxels16 d;
+      using V = hn::Vec<Voxels16>;
+      for (int pair = 0; pair < 4; ++pair) {
+        for (int lane = 0; lane < 16; lane += static_cast<int>(hn::Lanes(d))) {
+          const V dx = hn::Load(d, kRowPairs[pair].x + lane), dy = hn::Load(d, kRowPairs[pair].y + lane);
+          const auto at = [&](float middle, const float (&step)[3]) HWY_ATTR {
+            return hn::Set(d, middle) + hn::Set(d, step[0]) * dx + hn::Set(d, step[1]) * dy;
+          };
+          const V column = at(view_.column, view_.column_step), sine = at(view_.sine, view_.sine_step);
+          const V distance = at(view_.distance_m, view_.distance_step);
+          for (int z = 0; z < kBlockEdge; ++z) {
+            const float dz = static_cast<float>(z) - 0.5f * (kBlockEdge - 1);
+            const SliceBits bits =
+                Judge(column + hn::Set(d, view_.column_step[2] * dz), sine + hn::Set(d, view_.sine_step[2] * dz),
+                      distance + hn::Set(d, view_.distance_step[2] * dz), kWhole);
+            free.word[z] |= std::uint64_t{bits.free} << (16 * pair + lane);
+            crossed.word[z] |= std::uint64_t{bits.crossed} << (16 * pair + lane);
+          }
+        }
+      }
+    }
+
    private:
-    /// How far from the middle the outermost voxels lie, with what rounding may add.
-    static float Reach(const float (&step)[3], float reach_voxels) {
-      return kShrinkSlack * reach_voxels * (std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2])) + kAngleSlack;
+    /// What is known of as many places as a vector has lanes.
+    HWY_INLINE SliceBits Judge(hn::Vec<Voxels16> column, hn::Vec<Voxels16> sine, hn::Vec<Voxels16> distance,
+                               const ColumnWindow& window) const {
+      const Voxels16 d;
+      const hn::RebindToSigned<Voxels16> di;
+      using V = hn::Vec<Voxels16>;
+      const V zero = hn::Zero(d);
+      const auto mask = hn::Set(di, carver_.column_mask_);
+      const auto before = hn::Set(di, window.first - 1), end = hn::Set(di, window.end);
+      const Rows rows = RowsAt(sine);
+      const auto is_between = hn::And(sine <= hn::Set(d, carver_.projection_.rows.front().sin_elevation),
+                                      sine > hn::Set(d, carver_.projection_.rows.back().sin_elevation));
+      unsigned crossed = 0, filled = 0;
+      if (asks_beams_) {
+        const V beam_column = hn::Round(column);
+        const auto is_near = hn::And(hn::Abs(sine - rows.beam_sine) <= hn::Set(d, sine_reach_),
+                                     hn::Abs(column - beam_column) <= hn::Set(d, column_reach_));
+        const auto column_index = hn::ConvertTo(di, beam_column);
+        const V proven = beams_.At(rows.beam, column_index);
+        auto is_crossed = hn::And(is_near, proven >= distance);
+        if (window.is_seam) {
+          // A pixel that was fired at the other end of the scan belongs to the other pose.
+          const auto wrapped = column_index & mask;
+          const auto is_inside = hn::RebindMask(d, hn::And(wrapped > before, wrapped < end));
+          is_crossed = hn::And(hn::And(is_near, hn::Xor(is_inside, proven < zero)), hn::Abs(proven) >= distance);
+        }
+        crossed = Bits16(d, is_crossed);
+      }
+      if (asks_gaps_) {
+        const auto column_index = hn::ConvertTo(di, hn::Floor(column));
+        const V gap = gaps_.At(rows.gap, column_index);
+        auto is_filled = hn::And(is_between, gap >= distance);
+        if (window.is_seam) {
+          const auto wrapped = column_index & mask;
+          is_filled = hn::And(is_filled, hn::RebindMask(d, hn::And(wrapped > before, wrapped < end)));
+        }
+        filled = Bits16(d, is_filled);
+      }
+      return {crossed | filled, crossed};
+    }
+
+    /// Rows of the image by the sine of an elevation: the nearest beam's, and the one above.
+    struct Rows {
+      hn::Vec<hn::RebindToSigned<Voxels16>> beam, gap;
+      hn::Vec<Voxels16> beam_sine;
+    };
+    HWY_INLINE Rows RowsAt(hn::Vec<Voxels16> sine) const {
+      const Voxels16 d;
+      const hn::RebindToSigned<Voxels16> di;
+      const auto& rows = carver_.projection_.rows;
+      const auto one = hn::Set(di, 1), zero = hn::Zero(di);
+      Rows found{zero, zero, hn::Zero(d)};
+      if (beams_.fits()) {
+        const auto* row = &rows[beams_.row0()];
+        found.beam = found.gap = hn::Set(di, beams_.row0());
+        found.beam_sine = hn::Set(d, row->sin_elevation);
+        for (int i = 1; i < PixelWindow::kRows; ++i, ++row) {
+          const float upper = row->sin_elevation, lower = row[1].sin_elevation;
+          const auto is_lower = sine < hn::Set(d, 0.5f * (upper + lower));
+          found.beam = found.beam + hn::IfThenElse(hn::RebindMask(di, is_lower), one, zero);
+          found.beam_sine = hn::IfThenElse(is_lower, hn::Set(d, lower), found.beam_sine);
+          found.gap = found.gap + hn::IfThenElse(hn::RebindMask(di, sine <= hn::Set(d, lower)), one, zero);
+        }
+        return found;
+      }
+      const auto row = hn::Set(d, view_.row) + (sine - hn::Set(d, view_.sine)) * hn::Set(d, rows_per_sine_);
+      const auto last_row = hn::Set(d, carver_.last_row_);
+      const auto beam = hn::Min(hn::Max(hn::Round(row), hn::Zero(d)), last_row);
+      found.beam = hn::ConvertTo(di, beam);
+      found.gap = hn::ConvertTo(di, hn::Min(hn::Max(hn::Floor(row), hn::Zero(d)), last_row));
+      found.beam_sine = sine + (beam - row) * hn::Set(d, 1 / rows_per_sine_);
+      return found;
     }
 
     const Carver& carver_;
@@ -735,7 +823,8 @@ class Carver {
     PixelWindow beams_;
     PixelWindow gaps_;
     float column_reach_;
-    float row_reach_;
+    float sine_reach_;
+    float rows_per_sine_;
     bool asks_gaps_;
     bool asks_beams_;
   };

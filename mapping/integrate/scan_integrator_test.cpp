@@ -105,7 +105,8 @@ TEST_CASE("free space that is seen everywhere returns its blocks to the pool") {
   for (int i = 0; i < 3; ++i) f.integrate(wall, {0, 0, 0});
   const BlockView view = f.volume.view(f.store, {3, 0, 0});
   CHECK(view.block == nullptr);
-  CHECK(view.uniform < 0);
+  CHECK(view.known == kAllOctants);
+  CHECK(view.coarse < 0);
 }
 
 TEST_CASE("full pools decline updates, count them, and keep what is there") {

@@ -241,6 +241,24 @@ TEST_CASE("coarse nodes meet each other and blocks without cracks") {
   CHECK(open_sides(f.mesh()).empty());
 }
 
+TEST_CASE("partly known coarse nodes give the mesh of the same voxels one by one") {
+  Fixture coarse, plain;
+  for (int known = 1; known < 256; ++known) {
+    // Its unknown octants border on the occupied voxels of the block beside it.
+    const BlockCoord coord(2 * (known % 16), known / 16, 0);
+    coarse.set_coarse(coord, -8, static_cast<OctantMask>(known));
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = plain.volume.make_place(plain.pools, coord, &chunk);
+    Block* block = plain.volume.make_block(plain.pools, *chunk, *place);
+    for (int i = 0; i < kBlockVoxels; ++i) block->voxels[i] = known >> octant_of(i) & 1 ? -8 : kUnknownLogOdds;
+    for (Fixture* f : {&coarse, &plain}) f->set_coarse(coord + BlockCoord(1, 0, 0), 20);
+  }
+  const TriangleMesh a = coarse.mesh(), b = plain.mesh();
+  CHECK(a.vertices_S == b.vertices_S);
+  CHECK(a.triangles == b.triangles);
+  CHECK(a.triangles.size() > 10'000);
+}
+
 TEST_CASE("random known voxels inside free space give a closed oriented surface") {
   for (const unsigned seed : {1u, 2u, 3u}) {
     for (const double share : {0.05, 0.3, 0.5, 0.8}) {

@@ -85,6 +85,32 @@ TEST_CASE("on grids that agree the overlap equals that of a voxel by voxel count
   }
 }
 
+TEST_CASE("partly known coarse nodes overlap as the same voxels one by one do") {
+  TwoVolumes coarse, plain;
+  std::mt19937 rng(6);
+  for (int i = 0; i < 200; ++i) {
+    const BlockCoord coord(i % 6 - 3, i / 6 % 6 - 3, i / 36 - 3);
+    for (const bool is_a : {true, false}) {
+      const auto known = static_cast<OctantMask>(rng() % 256);
+      coarse.set_block(is_a ? coarse.a : coarse.b, coord, -8, known);
+      Volume& volume = is_a ? plain.a : plain.b;
+      for (int v = 0; v < kBlockVoxels; ++v) {
+        const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(v & 7, v >> 3 & 7, v >> 6);
+        if ((known >> octant_of(v) & 1) != 0) plain.set(volume, voxel, -8);
+      }
+    }
+  }
+  for (const double angle : {0.0, 0.4}) {
+    Pose T_b_a(Eigen::AngleAxisd(angle, Eigen::Vector3d(0.2, -0.3, 0.9).normalized()));
+    const VoxelOverlap one = voxel_overlap(coarse.store, coarse.a, coarse.b, T_b_a, kVoxel);
+    const VoxelOverlap other = voxel_overlap(plain.store, plain.a, plain.b, T_b_a, kVoxel);
+    CHECK(one.num_agreeing == other.num_agreeing);
+    CHECK(one.num_known_a == other.num_known_a);
+    CHECK(one.num_known_b == other.num_known_b);
+    CHECK(one.num_agreeing > 10'000);
+  }
+}
+
 TEST_CASE("between rotated grids the overlap equals that of a voxel by voxel count, but for rounding") {
   TwoVolumes v;
   v.fill(v.a, 3);

@@ -2,13 +2,19 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
+#include <vector>
+
+#include "mapping/scan/spinning_sensor_for_tests.hpp"
 
 namespace cloister {
 namespace {
 
-/// A sensor of `beams` rows between +-elevation and 64 columns around, beams from the origin, no pixel shift.
+/// A sensor of `beams` rows between +-elevation and 64 columns around, beams from the origin, no pixel shift; without a
+/// projection its beams are taken one by one.
 ScanGeometry ring_geometry(int beams, double elevation_rad) {
   ScanGeometry geometry;
   geometry.num_beams = beams;
@@ -61,6 +67,7 @@ TEST_CASE("pixels without a return, lost columns and returns that are too near s
   scan.column_valid[2] = 0;
   ScanBeams beams(64);
   CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK_FALSE(beams.is_image());
   CHECK(beams.rays().size() == 1);
 }
 
@@ -76,31 +83,14 @@ TEST_CASE("a return beyond the longest range is free up to there and no surface"
   CHECK(beams.num_returns() == 0);
 }
 
-TEST_CASE("a beam stops proving free space one voxel above the floor that it skims") {
-  // Two neighbouring beams 2 and 3 degrees below the horizon, 1 m above a floor.
-  const double degree = std::numbers::pi / 180;
-  ScanGeometry geometry = ring_geometry(2, 0);
-  for (int column = 0; column < 64; ++column) {
-    const double around = -2 * std::numbers::pi * column / 64;
-    for (int beam = 0; beam < 2; ++beam) {
-      const double up = -(2 + beam) * degree;
-      geometry.direction_L[beam * 64 + column] = Eigen::Vector3f(
-          static_cast<float>(std::cos(up) * std::cos(around)), static_cast<float>(std::cos(up) * std::sin(around)),
-          static_cast<float>(std::sin(up)));
-    }
-  }
+TEST_CASE("a beam that knows no neighbours proves nothing in the last voxel before its return") {
+  const ScanGeometry geometry = ring_geometry(1, 0);
   Scan scan = empty_scan(geometry);
-  for (int beam = 0; beam < 2; ++beam) {
-    for (int column = 0; column < 64; ++column) {
-      scan.ranges_mm[beam * 64 + column] = static_cast<std::uint32_t>(std::lround(1000 / std::sin((2 + beam) * degree)));
-    }
-  }
-  ScanBeams beams(128);
+  scan.ranges_mm[3] = 5000;
+  ScanBeams beams(64);
   CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  for (const Ray& ray : beams.rays()) {
-    const Eigen::Vector3f last_free = ray.origin_S + ray.free_m * (ray.end_S - ray.origin_S).normalized();
-    CHECK(last_free.z() + 1.0f == doctest::Approx(0.065).epsilon(0.05));
-  }
+  REQUIRE(beams.rays().size() == 1);
+  CHECK(beams.rays()[0].free_m == doctest::Approx(5.0 - 0.065));
 }
 
 TEST_CASE("a cloud is placed by its own pose and its beams begin at its origin") {
@@ -129,34 +119,6 @@ TEST_CASE("points at a cloud's origin are no beams, whatever the least range") {
   CHECK(beams.rays().size() == 1);
 }
 
-TEST_CASE("a beam between two others begins where they are half a voxel apart, or where one of them ends") {
-  ScanGeometry geometry = ring_geometry(1, 0);
-  Scan scan = empty_scan(geometry);
-  for (auto& range : scan.ranges_mm) range = 5000;
-  scan.ranges_mm[17] = 0;
-  ScanBeams beams(64);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  REQUIRE(beams.rays().size() == 63);
-  const double column_rad = 2 * std::numbers::pi / 64;
-  CHECK(beams.rays()[8].start_m == 0);
-  CHECK(beams.rays()[3].start_m == doctest::Approx(0.5 * 0.065 / (2 * column_rad)));
-  CHECK(beams.rays()[4].start_m == doctest::Approx(0.5 * 0.065 / (8 * column_rad)));
-  // Column 18 stands between 16 and 20; 17 and 19 would be finer ones. Column 17 itself has no return.
-  CHECK(beams.rays()[17].start_m == doctest::Approx(0.5 * 0.065 / (4 * column_rad)));
-}
-
-TEST_CASE("a beam whose neighbour proves nothing begins at the sensor") {
-  ScanGeometry geometry = ring_geometry(1, 0);
-  Scan scan = empty_scan(geometry);
-  for (auto& range : scan.ranges_mm) range = 5000;
-  scan.ranges_mm[16] = 0;
-  ScanBeams beams(64);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  CHECK(beams.rays()[15].start_m == 0);
-  CHECK(beams.rays()[16].start_m == 0);
-  CHECK(beams.rays()[13].start_m > 0);
-}
-
 TEST_CASE("beams beyond the capacity are declined and counted") {
   const ScanGeometry geometry = ring_geometry(1, 0);
   Scan scan = empty_scan(geometry);
@@ -164,6 +126,252 @@ TEST_CASE("beams beyond the capacity are declined and counted") {
   ScanBeams beams(10);
   CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 54);
   CHECK(beams.rays().size() == 10);
+}
+
+// ---- Range images ----
+
+/// The ring with its projection.
+ScanGeometry ring_image_geometry(int beams, double elevation_rad) {
+  ScanGeometry geometry = ring_geometry(beams, elevation_rad);
+  geometry.projection = fit_projection(beams, 64, geometry.direction_L, geometry.origin_L);
+  REQUIRE(geometry.projection);
+  return geometry;
+}
+
+/// Ranges of a plane at n . p = offset around the sensor, where beams meet it within 50 m.
+void see_plane(Scan& scan, const Eigen::Vector3f& n, float offset) {
+  for (std::size_t i = 0; i < scan.ranges_mm.size(); ++i) {
+    const float along = n.dot(scan.geometry->direction_L[i]);
+    const float range = (offset - n.dot(scan.geometry->origin_L[i])) / along;
+    if (along * offset > 0 && range < 50) scan.ranges_mm[i] = static_cast<std::uint32_t>(std::lround(1000 * range));
+  }
+}
+
+/// Random ranges from 1 m on; one in `lost_in` is lost, none if 0.
+void see_noise(Scan& scan, std::uint32_t max_mm, unsigned lost_in) {
+  std::mt19937 rng(5);
+  std::uniform_int_distribution<std::uint32_t> range_mm(1000, max_mm);
+  for (auto& range : scan.ranges_mm) range = lost_in != 0 && rng() % lost_in == 0 ? 0 : range_mm(rng);
+}
+
+float free_at(const ScanBeams& beams, int row, int column) {
+  return beams.image().free_m[static_cast<std::size_t>(row) * beams.image().stride + column];
+}
+
+TEST_CASE("an image has the returns that beams one by one have") {
+  ScanGeometry geometry = geometry_of(wide_sensor());
+  Scan scan = empty_scan(geometry);
+  scan.ranges_mm.assign(geometry.direction_L.size(), 0);
+  see_noise(scan, 70'000, 3);
+  scan.column_valid[500] = 0;
+  Pose moved(Eigen::AngleAxisd(0.1, Eigen::Vector3d(0.1, 0.2, 0.9).normalized()));
+  moved.translation() = Eigen::Vector3d(0.1, -0.05, 0.02);
+  scan.poses = {{{0}, Pose::Identity()}, {scan.stamp, moved}};
+  Pose T_S_R(Eigen::AngleAxisd(-1.3, Eigen::Vector3d(0.4, -0.2, 0.8).normalized()));
+  T_S_R.translation() = Eigen::Vector3d(12, -7, 3);
+  ScanBeams image(geometry.direction_L.size()), rays(geometry.direction_L.size());
+  CHECK(image.assign(scan, T_S_R, VoxelConfig{}) == 0);
+  geometry.projection.reset();
+  CHECK(rays.assign(scan, T_S_R, VoxelConfig{}) == 0);
+  CHECK(image.is_image());
+  CHECK_FALSE(rays.is_image());
+  REQUIRE(image.num_returns() == rays.num_returns());
+  CHECK(image.num_returns() > 30'000);
+  const auto sorted = [](const ScanBeams& beams) {
+    std::vector<Eigen::Vector3f> points;
+    for (std::size_t i = 0; i < beams.num_returns(); ++i) points.push_back(beams.return_S(i));
+    std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.x() < b.x(); });
+    return points;
+  };
+  const std::vector<Eigen::Vector3f> a = sorted(image), b = sorted(rays);
+  int num_apart = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    float nearest = 1;
+    for (std::size_t k = i < 50 ? 0 : i - 50; k < std::min(i + 50, b.size()); ++k) {
+      nearest = std::min(nearest, (a[i] - b[k]).norm());
+    }
+    num_apart += nearest > 0.005f;
+  }
+  CHECK(num_apart == 0);
+}
+
+TEST_CASE("a square wall is free up to half a voxel before it, and a slanted one by how far voxels reach across it") {
+  const ScanGeometry geometry = ring_image_geometry(3, 0.05);
+  for (const double angle : {0.0, 0.3, std::numbers::pi / 4}) {
+    Scan scan = empty_scan(geometry);
+    const Eigen::Vector3f n(static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0);
+    see_plane(scan, n, 4);
+    ScanBeams beams(64 * 3);
+    CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+    for (const int column : {0, 3, 60}) {
+      const float range = 0.001f * static_cast<float>(scan.ranges_mm[64 + column]);
+      const float along = n.dot(geometry.direction_L[64 + column]);
+      const float expected = 0.5f * 0.065f / along * (std::abs(n.x()) + std::abs(n.y()) + 0.5f * (1 - along));
+      CHECK(range - free_at(beams, 1, column) == doctest::Approx(expected).epsilon(0.15));
+    }
+  }
+}
+
+TEST_CASE("a beam that skims a floor proves nothing in the three quarters of a voxel above it") {
+  // Rows 2 and 3 degrees below the horizon, 1 m above a floor.
+  ScanGeometry geometry = ring_geometry(2, 0);
+  for (int column = 0; column < 64; ++column) {
+    const double around = -2 * std::numbers::pi * column / 64;
+    for (int beam = 0; beam < 2; ++beam) {
+      const double up = -(2 + beam) * kDegree;
+      geometry.direction_L[beam * 64 + column] =
+          Eigen::Vector3d(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up)).cast<float>();
+    }
+  }
+  geometry.projection = fit_projection(2, 64, geometry.direction_L, geometry.origin_L);
+  REQUIRE(geometry.projection);
+  Scan scan = empty_scan(geometry);
+  see_plane(scan, -Eigen::Vector3f::UnitZ(), 1);
+  ScanBeams beams(128);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  for (int beam = 0; beam < 2; ++beam) {
+    for (int column = 0; column < 64; ++column) {
+      const double height_m = 1 - free_at(beams, beam, column) * std::sin((2 + beam) * kDegree);
+      CHECK(height_m == doctest::Approx(0.75 * 0.065).epsilon(0.05));
+    }
+  }
+}
+
+TEST_CASE("an edge says nothing about the slope of what is before it") {
+  const ScanGeometry geometry = geometry_of(wide_sensor());
+  Scan scan = empty_scan(geometry);
+  const int row = 30, column = 100, shift = geometry.projection->rows[row].shift;
+  const auto range_at = [&](int image_column) -> std::uint32_t& {
+    return scan.ranges_mm[row * 1024 + image_column + shift];
+  };
+  range_at(column) = 3000;
+  range_at(column - 1) = range_at(column + 1) = 40'000;  // further off than any surface seen at half a degree
+  ScanBeams beams(geometry.direction_L.size());
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  const float beam_norm = geometry.direction_L[row * 1024 + column + shift].lpNorm<1>();
+  const float range_m = 3 - geometry.projection->rows[row].range_offset_m;
+  CHECK(range_m - free_at(beams, row, column) == doctest::Approx(0.5 * 0.065 * beam_norm).epsilon(1e-3));
+}
+
+TEST_CASE("in an image, lost pixels and near returns prove nothing and far ones free space up to the longest range") {
+  const ScanGeometry geometry = ring_image_geometry(1, 0);
+  Scan scan = empty_scan(geometry);
+  scan.ranges_mm[0] = 5000;
+  scan.ranges_mm[10] = 300;
+  scan.ranges_mm[20] = 5000;
+  scan.column_valid[20] = 0;
+  scan.ranges_mm[30] = 80'000;
+  ScanBeams beams(64);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.num_returns() == 1);
+  CHECK(free_at(beams, 0, 0) == doctest::Approx(5 - 0.5 * 0.065));
+  CHECK(free_at(beams, 0, 10) == 0);
+  CHECK(free_at(beams, 0, 20) == 0);
+  CHECK(free_at(beams, 0, 30) == 60);
+}
+
+TEST_CASE("a lost pixel between two others proves what the lesser of them does") {
+  const ScanGeometry geometry = ring_image_geometry(3, 0.05);
+  Scan scan = empty_scan(geometry);
+  scan.ranges_mm.assign(scan.ranges_mm.size(), 5000);
+  scan.ranges_mm[64 + 20] = 0;
+  scan.ranges_mm[64 + 21] = 4000;
+  scan.ranges_mm[64 + 40] = scan.ranges_mm[64 + 41] = 0;
+  ScanBeams beams(64 * 3);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  const auto gap = [&](int row, int column) { return beams.image().gap_free_m[row * beams.image().stride + column]; };
+  CHECK(free_at(beams, 1, 20) == 0);
+  CHECK(gap(1, 19) == doctest::Approx(free_at(beams, 1, 21)));
+  CHECK(gap(1, 20) == doctest::Approx(free_at(beams, 1, 21)));
+  CHECK(gap(1, 18) > 4.8f);
+  for (const int column : {39, 40, 41}) CHECK(gap(1, column) == 0);
+}
+
+TEST_CASE("rows run on into the first columns behind their ends") {
+  const ScanGeometry geometry = ring_image_geometry(2, 0.05);
+  Scan scan = empty_scan(geometry);
+  for (std::size_t i = 0; i < scan.ranges_mm.size(); ++i) scan.ranges_mm[i] = static_cast<std::uint32_t>(3000 + 7 * i);
+  ScanBeams beams(128);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  for (int i = 0; i < RangeImage::kPadding; ++i) {
+    for (int row = 0; row < 2; ++row) CHECK(free_at(beams, row, 64 + i) == free_at(beams, row, i));
+    CHECK(beams.image().gap_free_m[64 + i] == beams.image().gap_free_m[i]);
+  }
+}
+
+TEST_CASE("each level of the pyramid bounds the pixels of its cells") {
+  const ScanGeometry geometry = geometry_of(wide_sensor());
+  Scan scan = empty_scan(geometry);
+  see_noise(scan, 20'000, 50);
+  ScanBeams beams(geometry.direction_L.size());
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  const RangeImage& image = beams.image();
+  const int squaring = image.projection->squaring;
+  for (int level = 0; level < image.num_levels; ++level) {
+    const int cell_columns = 1024 >> (level + squaring);
+    REQUIRE(cell_columns >= 2);
+    for (int row = 0; row < 64; ++row) {
+      for (int column = 0; column < 1024; ++column) {
+        const std::size_t pixel = static_cast<std::size_t>(row) * image.stride + column;
+        const float free = image.free_m[pixel];
+        const float beside = std::min(image.free_m[pixel + 1], image.free_m[column > 0 ? pixel - 1 : pixel + 1023]);
+        const RangeImage::Bounds& bounds =
+            image.pyramid[image.level_begin[level] + (row >> level) * cell_columns + (column >> (level + squaring))];
+        REQUIRE(static_cast<float>(bounds.least) * image.unit_m <= (free > 0 ? free : beside));
+        REQUIRE(static_cast<float>(bounds.most) * image.unit_m >= free);
+        if (row < 63) REQUIRE(static_cast<float>(bounds.most_gap) * image.unit_m >= image.gap_free_m[pixel]);
+      }
+    }
+  }
+}
+
+TEST_CASE("a gap proves what all four beams around it do") {
+  const ScanGeometry geometry = geometry_of(wide_sensor());
+  Scan scan = empty_scan(geometry);
+  see_noise(scan, 20'000, 0);
+  ScanBeams beams(geometry.direction_L.size());
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  for (int row = 0; row + 1 < 64; ++row) {
+    for (int column = 0; column < 1024; ++column) {
+      const float expected = std::min(std::min(free_at(beams, row, column), free_at(beams, row, column + 1)),
+                                      std::min(free_at(beams, row + 1, column), free_at(beams, row + 1, column + 1)));
+      REQUIRE(beams.image().gap_free_m[row * beams.image().stride + column] == expected);
+    }
+  }
+}
+
+TEST_CASE("while the sensor moves, pixels fired at the scan's other end are marked, and columns have their own poses") {
+  const ScanGeometry geometry = geometry_of(wide_sensor());
+  Scan scan = empty_scan(geometry);
+  for (auto& range : scan.ranges_mm) range = 5000;
+  Pose moved(Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitZ()));
+  moved.translation() = Eigen::Vector3d(0.08, 0, 0.06);
+  for (const bool moves : {true, false}) {
+    scan.poses = {{{0}, Pose::Identity()}, {scan.stamp, moves ? moved : Pose::Identity()}};
+    ScanBeams beams(geometry.direction_L.size());
+    CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+    CHECK(beams.image().turned_rad == doctest::Approx(moves ? 0.1 : 0).epsilon(0.001));
+    CHECK(beams.image().moved_m == doctest::Approx(moves ? 0.1 : 0));
+    CHECK(beams.image().poses[512].t_S.x() == doctest::Approx(moves ? 0.04 : 0).epsilon(0.01));
+    for (int row = 0; row < 64; ++row) {
+      const int shift = geometry.projection->rows[row].shift;
+      for (int column = 0; column < 1024; ++column) {
+        // Fired in column (column + shift) mod 1024: nearer to the scan's other end than the image's column is.
+        const bool is_other_end = std::abs((column + shift) % 1024 - column) > 512;
+        REQUIRE((free_at(beams, row, column) < 0) == (moves && is_other_end));
+      }
+    }
+  }
+}
+
+TEST_CASE("an image that is larger than the capacity is taken beam by beam, as far as they fit") {
+  const ScanGeometry geometry = ring_image_geometry(1, 0);
+  Scan scan = empty_scan(geometry);
+  for (auto& range : scan.ranges_mm) range = 5000;
+  ScanBeams beams(10);
+  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 54);
+  CHECK_FALSE(beams.is_image());
+  CHECK(beams.num_returns() == 10);
 }
 
 }  // namespace

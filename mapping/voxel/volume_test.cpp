@@ -91,6 +91,104 @@ TEST_CASE("a block of mixed voxels stays a block") {
   CHECK(f.volume.num_blocks() == 1);
 }
 
+TEST_CASE("a coarse node reads as its value in the octants it knows, and as unknown in the others") {
+  Fixture f;
+  for (int known = 0; known < 256; ++known) {
+    const BlockCoord coord(known % 16 - 8, known / 16 - 8, 0);
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = f.volume.make_place(f.pools, coord, &chunk);
+    f.volume.set_coarse(f.pools, *chunk, *place, -8, static_cast<OctantMask>(known));
+    const BlockView view = f.volume.view(f.store, coord);
+    CHECK(view.is_unknown() == (known == 0));
+    CHECK(view.is_uniform() == (known == 0 || known == 255));
+    for (int i = 0; i < kBlockVoxels; ++i) {
+      const VoxelCoord local(i & 7, i >> 3 & 7, i >> 6);
+      const int octant = local.x() / 4 + 2 * (local.y() / 4) + 4 * (local.z() / 4);
+      const LogOdds expected = known >> octant & 1 ? -8 : kUnknownLogOdds;
+      REQUIRE(f.volume.at(f.store, coord * kBlockEdge + local) == expected);
+    }
+  }
+  CHECK(f.volume.num_blocks() == 0);
+}
+
+TEST_CASE("a coarse node without a value or without octants is unknown") {
+  Fixture f;
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = f.volume.make_place(f.pools, {0, 0, 0}, &chunk);
+  f.volume.set_coarse(f.pools, *chunk, *place, kUnknownLogOdds, kAllOctants);
+  CHECK(f.volume.view(f.store, {0, 0, 0}).is_unknown());
+  f.volume.set_coarse(f.pools, *chunk, *place, -8, kNoOctants);
+  CHECK(f.volume.view(f.store, {0, 0, 0}).is_unknown());
+  CHECK(chunk->num_known == 0);
+}
+
+TEST_CASE("splitting a coarse node keeps every voxel") {
+  for (int known = 1; known < 256; ++known) {
+    Fixture f;
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = f.volume.make_place(f.pools, {0, 0, 0}, &chunk);
+    f.volume.set_coarse(f.pools, *chunk, *place, -12, static_cast<OctantMask>(known));
+    const BlockView before = f.volume.view(f.store, {0, 0, 0});
+    const Block* block = f.volume.make_block(f.pools, *chunk, *place);
+    REQUIRE(block != nullptr);
+    for (int i = 0; i < kBlockVoxels; ++i) REQUIRE(block->voxels[i] == before.at(i));
+    CHECK(f.volume.settle_block(f.pools, *chunk, *place));
+    const BlockView after = f.volume.view(f.store, {0, 0, 0});
+    CHECK(after.coarse == -12);
+    CHECK(int{after.known} == known);
+  }
+}
+
+TEST_CASE("a block that is free or unknown octant by octant settles, with the weakest of its values") {
+  Fixture f;
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = f.volume.make_place(f.pools, {0, 0, 0}, &chunk);
+  f.volume.set_coarse(f.pools, *chunk, *place, -20, 0x5a);
+  Block* block = f.volume.make_block(f.pools, *chunk, *place);
+  block->voxels[index_in_block(5, 1, 2)] = -3;  // in octant 1, which is known
+  CHECK(f.volume.settle_block(f.pools, *chunk, *place));
+  const BlockView view = f.volume.view(f.store, {0, 0, 0});
+  CHECK(view.coarse == -3);
+  CHECK(view.known == 0x5a);
+  CHECK(f.pools.blocks.num_free() == f.store.num_blocks());
+}
+
+TEST_CASE("a block with one unknown voxel in a free octant, or one occupied voxel, does not settle") {
+  for (const LogOdds odd_one : {kUnknownLogOdds, LogOdds{4}}) {
+    Fixture f;
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = f.volume.make_place(f.pools, {0, 0, 0}, &chunk);
+    f.volume.set_coarse(f.pools, *chunk, *place, -20, 0x5a);
+    Block* block = f.volume.make_block(f.pools, *chunk, *place);
+    block->voxels[index_in_block(5, 1, 2)] = odd_one;
+    CHECK_FALSE(f.volume.settle_block(f.pools, *chunk, *place));
+    CHECK(f.volume.num_blocks() == 1);
+  }
+}
+
+TEST_CASE("a block that is occupied throughout becomes one coarse node") {
+  Fixture f;
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = f.volume.make_place(f.pools, {0, 0, 0}, &chunk);
+  Block* block = f.volume.make_block(f.pools, *chunk, *place);
+  for (int i = 0; i < kBlockVoxels; ++i) block->voxels[i] = static_cast<LogOdds>(17 + i % 50);
+  CHECK(f.volume.settle_block(f.pools, *chunk, *place));
+  CHECK(f.volume.view(f.store, {0, 0, 0}).coarse == 17);
+  CHECK(f.volume.view(f.store, {0, 0, 0}).known == kAllOctants);
+}
+
+TEST_CASE("a block becomes a coarse node at once when it is set to one value") {
+  Fixture f;
+  f.set({0, 0, 0}, 5);
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = f.volume.make_place(f.pools, {0, 0, 0}, &chunk);
+  f.volume.set_coarse(f.pools, *chunk, *place, -8, 0x0f);
+  CHECK(f.volume.num_blocks() == 0);
+  CHECK(f.pools.blocks.num_free() == f.store.num_blocks());
+  CHECK(f.volume.at(f.store, {7, 7, 3}) == -8);
+  CHECK(f.volume.at(f.store, {0, 0, 4}) == kUnknownLogOdds);
+}
+
 TEST_CASE("an empty pool declines and leaves the volume as it was") {
   Fixture f(1, 1);
   f.set({0, 0, 0}, 3);
