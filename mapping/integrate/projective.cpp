@@ -132,6 +132,8 @@ class Carver {
       : image_(job.image),
         projection_(*job.image.projection),
         evidence_(job.evidence),
+        twice_free_(job.evidence),
+        scan_number_(job.scan_number),
         marks_(job.marks),
         pools_(job.pools),
         volume_(job.volume),
@@ -141,6 +143,9 @@ class Carver {
         columns_per_rad_(std::abs(projection_.columns_per_rad)),
         column_mask_(projection_.num_columns - 1) {
     // The seam matters where a beam's share of it is larger than the columns' spacing, or than a tenth of a voxel.
+    twice_free_.miss = static_cast<LogOdds>(2 * std::max<int>(evidence_.miss, -63));
+    is_first_ = volume_.num_chunks() == 0;
+    sparse_m_ = voxel_m_ * projection_.max_rows_per_rad;
     has_seam_ = image_.turned_rad * columns_per_rad_ > 0.25f || image_.moved_m > 0.1f * voxel_m_;
   }
 
@@ -436,7 +441,7 @@ class Carver {
       if (visit.is_free) {
         ++result_.blocks_free;
         UpdateNode(index, kAllOctants);
-      } else if (visit.has_gaps && Volume::known_octants(place) != kAllOctants) {
+      } else if (visit.has_gaps && Volume::known_octants(place) != kAllOctants && !MayWait(visit)) {
         ++result_.blocks_coarse;
         UpdateNode(index, FreeOctants(visit, Volume::known_octants(place)));
       }
@@ -451,7 +456,19 @@ class Carver {
         return;
       }
     }
+    if (Volume::has_block(place) && MayWait(visit)) return;
     LookInto(visit, index, marked);
+  }
+
+  /// Is the block so far away that beams pass between its voxels? Every other scan is enough for it, half of the blocks in
+  /// turn: what it then shows of free space counts twice. Returns are not kept waiting.
+  bool IsSparse(const BlockVisit& visit) const {
+    return visit.views != nullptr && visit.views->distance_m[visit.child] > sparse_m_;
+  }
+  bool MayWait(const BlockVisit& visit) const {
+    const VoxelCoord& corner = visit.corner;
+    return !is_first_ && IsSparse(visit) &&
+           (((corner.x() ^ corner.y() ^ corner.z()) >> kBlockShift ^ static_cast<int>(scan_number_)) & 1) != 0;
   }
 
   /// What the octants of a block that is bare or coarse have shown: those that are seen through as wholes.
@@ -537,7 +554,8 @@ class Carver {
       return;
     }
     result_.voxels_declined +=
-        ApplyToPlace(evidence_, free, crossed, hit, pools_, volume_, *chunk_, chunk_->places[index]);
+        ApplyToPlace(IsSparse(visit) && !is_first_ ? twice_free_ : evidence_, free, crossed, hit, pools_, volume_, *chunk_,
+                     chunk_->places[index]);
   }
 
   /// Looks up a block from its own view. @return false when it has too many pixels for that
@@ -849,6 +867,10 @@ class Carver {
   const RangeImage& image_;
   const SphericalProjection& projection_;
   const Evidence& evidence_;
+  Evidence twice_free_;       ///< the same, but for space seen through in place of two scans
+  std::uint64_t scan_number_;
+  bool is_first_ = false;     ///< nothing is known of the volume yet
+  float sparse_m_ = 0;        ///< from here on rows are more than a voxel apart
   ScanMarks& marks_;
   VoxelPools& pools_;
   Volume& volume_;

@@ -13,6 +13,7 @@ struct ProjectiveJob {
   const Evidence& evidence;
   double voxel_size_m;
   double max_range_m;
+  std::uint64_t scan_number;  ///< counts up
   ScanMarks& marks;  ///< with the returns marked; blocks that are applied here are ticked off
   VoxelPools& pools;
   Volume& volume;

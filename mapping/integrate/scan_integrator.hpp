@@ -36,6 +36,7 @@ class ScanIntegrator {
   VoxelConfig config_;
   Evidence evidence_;
   ScanMarks marks_;
+  std::uint64_t num_scans_ = 0;
 };
 
 }  // namespace cloister
