@@ -1,6 +1,7 @@
 #include "mapping/integrate/scan_marks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <climits>
 #include <cmath>
@@ -13,6 +14,18 @@ namespace {
 // Four lanes of the compiler's own vectors: SSE on x86, NEON on ARM.
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+// Returns whose voxels are found at once.
+constexpr std::size_t kBatch = 256;
+
+/// Voxel of each coordinate along one axis: rounded down, without the library call that rounding is on old processors.
+void voxels_along(const float* metres, std::size_t count, float voxels_per_metre, std::int32_t* voxels) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const float place = metres[i] * voxels_per_metre;
+    const auto towards_zero = static_cast<std::int32_t>(place);
+    voxels[i] = towards_zero - static_cast<std::int32_t>(place < static_cast<float>(towards_zero));
+  }
+}
 
 // Of the chunks that a scan reaches: outdoors it crosses about eight blocks of each at the least.
 constexpr std::size_t kMinBlocksPerChunk = 8;
@@ -83,24 +96,27 @@ ScanMarks::Marked* ScanMarks::find_or_make(const BlockCoord& block) {
 }
 
 void ScanMarks::mark_returns(const ScanBeams& scan) {
-  const float *x_S = scan.x_S(), *y_S = scan.y_S(), *z_S = scan.z_S();
   // Neighbouring beams end in the same block more often than not.
   BlockCoord last_block(INT_MAX, INT_MAX, INT_MAX);
   Marked* marked = nullptr;
-  for (std::size_t i = 0; i < scan.num_returns(); ++i) {
-    const VoxelCoord voxel(static_cast<int>(std::floor(x_S[i] * voxels_per_metre_)),
-                           static_cast<int>(std::floor(y_S[i] * voxels_per_metre_)),
-                           static_cast<int>(std::floor(z_S[i] * voxels_per_metre_)));
-    const BlockCoord block = parent_coord(voxel);
-    if (block != last_block) {
-      last_block = block;
-      marked = find_or_make(block);
+  std::array<std::int32_t, kBatch> x, y, z;
+  for (std::size_t first = 0; first < scan.num_returns(); first += kBatch) {
+    const std::size_t count = std::min(kBatch, scan.num_returns() - first);
+    voxels_along(scan.x_S() + first, count, voxels_per_metre_, x.data());
+    voxels_along(scan.y_S() + first, count, voxels_per_metre_, y.data());
+    voxels_along(scan.z_S() + first, count, voxels_per_metre_, z.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const BlockCoord block(x[i] >> kBlockShift, y[i] >> kBlockShift, z[i] >> kBlockShift);
+      if (block != last_block) {
+        last_block = block;
+        marked = find_or_make(block);
+      }
+      if (marked == nullptr) {
+        ++num_declined_;
+        continue;
+      }
+      marked->hit.word[z[i] & 7] |= std::uint64_t{1} << ((x[i] & 7) | ((y[i] & 7) << 3));
     }
-    if (marked == nullptr) {
-      ++num_declined_;
-      continue;
-    }
-    marked->hit.word[voxel.z() & 7] |= std::uint64_t{1} << ((voxel.x() & 7) | ((voxel.y() & 7) << 3));
   }
 }
 

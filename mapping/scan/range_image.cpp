@@ -27,12 +27,12 @@ void RangeImage::build_bounds(float max_free_m) {
   for (int row = 0; row < rows; ++row) {
     const float* free = &free_m[static_cast<std::size_t>(row) * stride];
     float* filled = &gap_free_m[static_cast<std::size_t>(row) * stride];
-    float left = free[columns - 1];
-    for (int column = 0; column < columns; ++column) {
-      const float between = std::max(std::min(left, free[column + 1]), 0.0f);
-      left = free[column];
-      filled[column] = left != 0 ? left : between;
-    }
+    const auto fill = [&](int column, int left) {
+      const float between = std::max(std::min(free[left], free[column + 1]), 0.0f);
+      filled[column] = free[column] != 0 ? free[column] : between;
+    };
+    fill(0, columns - 1);
+    for (int column = 1; column < columns; ++column) fill(column, column - 1);
     filled[columns] = filled[0];
   }
 
@@ -43,22 +43,30 @@ void RangeImage::build_bounds(float max_free_m) {
   int cell_rows = rows;
   pyramid.resize(static_cast<std::size_t>(cell_rows) * cell_columns);
   level_begin[0] = 0;
+  const auto rounded_up = [&](float m) { return static_cast<std::uint16_t>(std::min(m * units + 1, kMaxUnits + 1)); };
   for (int row = 0; row < rows; ++row) {
     float* filled = &gap_free_m[static_cast<std::size_t>(row) * stride];
-    const float* lower = row + 1 < rows ? filled + stride : nullptr;
+    Bounds* cells = &pyramid[static_cast<std::size_t>(row) * cell_columns];
     for (int cell = 0; cell < cell_columns; ++cell) {
-      float least = max_free_m, most = 0, most_gap = 0;
+      float least = max_free_m, most = 0;
       for (int column = cell << squaring; column < (cell + 1) << squaring; ++column) {
         least = std::min(least, filled[column]);
         most = std::max(most, std::abs(filled[column]));
-        const float both = std::min(filled[column], filled[column + 1]);
-        const float gap = lower != nullptr ? std::min(both, std::min(lower[column], lower[column + 1])) : 0;
-        filled[column] = std::max(gap, 0.0f);
+      }
+      cells[cell] = {static_cast<std::uint16_t>(std::max(least, 0.0f) * units), rounded_up(most), 0};
+    }
+    const float* lower = row + 1 < rows ? filled + stride : filled;
+    for (int column = 0; column < columns; ++column) {
+      const float both = std::min(filled[column], filled[column + 1]);
+      filled[column] = std::max(std::min(both, std::min(lower[column], lower[column + 1])), 0.0f);
+    }
+    if (row + 1 == rows) std::fill_n(filled, columns, 0.0f);
+    for (int cell = 0; cell < cell_columns; ++cell) {
+      float most_gap = 0;
+      for (int column = cell << squaring; column < (cell + 1) << squaring; ++column) {
         most_gap = std::max(most_gap, filled[column]);
       }
-      const auto rounded_up = [&](float m) { return static_cast<std::uint16_t>(std::min(m * units + 1, kMaxUnits + 1)); };
-      pyramid[static_cast<std::size_t>(row) * cell_columns + cell] = {
-          static_cast<std::uint16_t>(std::max(least, 0.0f) * units), rounded_up(most), rounded_up(most_gap)};
+      cells[cell].most_gap = rounded_up(most_gap);
     }
     std::copy_n(filled, kPadding, filled + columns);
   }
