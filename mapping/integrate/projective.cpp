@@ -26,6 +26,8 @@ constexpr float kAngleSlack = 0.01f;
 
 // Blocks nearer than this are looked up octant by octant: across them the projection bends too much.
 constexpr float kMinFarVoxels = 200;
+// Nearer than this, not even where an octant's middle is seen can be told from the block's own view.
+constexpr float kMinLookVoxels = 40;
 
 // Of an octant's 64, for it to be free as a whole all the same.
 constexpr int kMaxUnseenVoxels = 16;
@@ -370,6 +372,7 @@ class Carver {
     // Only what is there already can be changed by beams that do not see through a node as a whole.
     const bool is_bare = edge <= kChunkVoxels && slots_ == nullptr && chunk_ == nullptr;
     const unsigned ask = views.free | (is_bare ? views.mixed & views.gaps : views.mixed);
+    if (child_edge == kBlockEdge) FetchBlocks(corner, ask);
     for (unsigned rest = ask; rest != 0; rest &= rest - 1) {
       const int child = std::countr_zero(rest);
       const VoxelCoord child_corner = ChildCorner(corner, child_edge, child);
@@ -381,6 +384,18 @@ class Carver {
       } else {
         Divide(child_corner, child_edge, PoseFor(views, child, child_edge));
       }
+    }
+  }
+
+  /// Calls for the memory of children that will be visited: it arrives while the first of them are looked up.
+  void FetchBlocks(const VoxelCoord& corner, unsigned children) const {
+    if (chunk_ == nullptr) return;
+    for (unsigned rest = children; rest != 0; rest &= rest - 1) {
+      const BlockCoord block = parent_coord(ChildCorner(corner, kBlockEdge, std::countr_zero(rest)));
+      const std::uint32_t place = chunk_->places[index_in_block(block)];
+      if (!Volume::has_block(place)) continue;
+      const LogOdds* voxels = pools_.store.block(Volume::block_index(place)).voxels;
+      for (int i = 0; i < kBlockVoxels; i += 64) __builtin_prefetch(voxels + i);
     }
   }
 
@@ -485,27 +500,26 @@ class Carver {
   /// Octants that are seen through as wholes, but for a few voxels at their borders.
   OctantMask FreeOctants(const BlockVisit& visit, OctantMask known) const {
     const NodePose from = PoseFor(visit);
-    unsigned free = 0;
-    if (MayBeFar(visit, from)) {
+    unsigned candidates = kAllOctants;
+    if (visit.views != nullptr && from.share < 1 && visit.views->distance_m[visit.child] > kMinLookVoxels * voxel_m_) {
+      // Most blocks that come here show nothing: one look at the middles of their octants tells.
       const VoxelLook look(*this, LinearView(*visit.views, visit.child), 0.5f * (kBlockEdge - 1), false);
-      if (!look.fits()) return FreeOctants(visit, known, from);
-      const unsigned middles = look.At(kOctantMiddles, 0, kWhole).free & 0xff;
-      for (unsigned open = middles; open != 0; open &= open - 1) {
-        const int octant = std::countr_zero(open);
-        free |= static_cast<unsigned>(IsSeenThrough(look, octant)) << octant;
+      candidates = look.At(kOctantMiddles, 0, kWhole).free & kAllOctants;
+      if (candidates == kNoOctants) return kNoOctants;
+      if (look.fits() && visit.views->distance_m[visit.child] > kMinFarVoxels * voxel_m_) {
+        unsigned free = 0;
+        for (unsigned open = candidates; open != 0; open &= open - 1) {
+          const int octant = std::countr_zero(open);
+          free |= static_cast<unsigned>(IsSeenThrough(look, octant)) << octant;
+        }
+        return static_cast<OctantMask>(free);
       }
-      return static_cast<OctantMask>(free);
     }
-    return FreeOctants(visit, known, from);
-  }
-
-  /// The same for a block that is near.
-  OctantMask FreeOctants(const BlockVisit& visit, OctantMask known, const NodePose& from) const {
     NodeViews views;
     ViewChildren(visit.corner, kOctantEdge, from, views);
     unsigned free = views.free;
     if (from.share < 1) {
-      for (unsigned open = views.mixed & views.gaps & ~unsigned{known}; open != 0; open &= open - 1) {
+      for (unsigned open = views.mixed & views.gaps & candidates & ~unsigned{known}; open != 0; open &= open - 1) {
         const int child = std::countr_zero(open);
         const VoxelLook look(*this, LinearView(views, child), 0.5f * (kOctantEdge - 1), false);
         free |= static_cast<unsigned>(IsSeenThrough(look, kWholeNode)) << child;
