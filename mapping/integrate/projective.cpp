@@ -707,7 +707,7 @@ class Carver {
       column_reach_ = width(view.column_step);
       sine_reach_ = width(view.sine_step);
       // Where voxels are wider than the image's cells some beam crosses each of them; elsewhere the gaps tell.
-      asks_gaps_ = column_reach_ < 0.5f || sine_reach_ * view.rows_per_sine < 0.5f;
+      asks_gaps_ = column_reach_ < 0.5f || sine_reach_ * std::abs(view.rows_per_sine) < 0.5f;
       asks_beams_ = has_occupied || !asks_gaps_;
       // Across many rows, the spacing that they have on the whole.
       const float sine_reach = Reach(view.sine_step, reach_voxels);
