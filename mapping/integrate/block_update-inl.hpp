@@ -21,8 +21,13 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 using LogOddsTag = hn::CappedTag<LogOdds, 64>;
 
+/// A mask of the lowest bits, one a lane.
+HWY_INLINE hn::Mask<LogOddsTag> mask_of(LogOddsTag d, std::uint64_t bits) {
+  return hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(&bits));
+}
+
 /// Greatest value of a block.
-HWY_INLINE LogOdds HighestIn(const Block& block) {
+HWY_INLINE LogOdds highest_in(const Block& block) {
   const LogOddsTag d;
   auto highest = hn::Load(d, block.voxels);
   for (int i = static_cast<int>(hn::Lanes(d)); i < kBlockVoxels; i += static_cast<int>(hn::Lanes(d))) {
@@ -36,7 +41,7 @@ HWY_INLINE LogOdds HighestIn(const Block& block) {
 }
 
 /// Octants in which some voxel is occupied.
-HWY_INLINE OctantMask OccupiedOctants(const Block& block) {
+HWY_INLINE OctantMask occupied_octants(const Block& block) {
   const LogOddsTag d;
   const auto zero = hn::Zero(d);
   unsigned octants = 0;
@@ -44,12 +49,12 @@ HWY_INLINE OctantMask OccupiedOctants(const Block& block) {
     // Four slices in one: bit x + 8 y of an octant's rows.
     std::uint64_t slices = 0;
     for (int z = half * kOctantEdge; z < (half + 1) * kOctantEdge; ++z) {
-      std::uint64_t bits[2] = {};
       for (int i = 0; i < kBlockEdge * kBlockEdge; i += static_cast<int>(hn::Lanes(d))) {
         const auto values = hn::Load(d, block.voxels + z * kBlockEdge * kBlockEdge + i);
-        hn::StoreMaskBits(d, values > zero, reinterpret_cast<std::uint8_t*>(bits) + i / 8);
+        std::uint64_t bits = 0;
+        hn::StoreMaskBits(d, values > zero, reinterpret_cast<std::uint8_t*>(&bits));
+        slices |= bits << i;
       }
-      slices |= bits[0];
     }
     for (int octant = 0; octant < 4; ++octant) {
       const std::uint64_t rows = std::uint64_t{0x0f0f0f0f} << ((octant & 1) * 4 + (octant >> 1) * 32);
@@ -61,7 +66,7 @@ HWY_INLINE OctantMask OccupiedOctants(const Block& block) {
 
 /// Adds a scan's evidence to the voxels of a block; a voxel that is hit is not free. Beams that passed beside a voxel
 /// (`free` without `crossed`) make it free as long as nothing says that it is occupied: they cannot clear it.
-HWY_INLINE void AddEvidence(const Evidence& evidence, const BlockBits& free, const BlockBits& crossed,
+HWY_INLINE void add_evidence(const Evidence& evidence, const BlockBits& free, const BlockBits& crossed,
                             const BlockBits& hit, Block& block) {
   const LogOddsTag d;
   const auto zero = hn::Zero(d);
@@ -71,13 +76,10 @@ HWY_INLINE void AddEvidence(const Evidence& evidence, const BlockBits& free, con
   for (int z = 0; z < kBlockEdge; ++z) {
     if ((free.word[z] | hit.word[z]) == 0) continue;
     LogOdds* slice = block.voxels + z * kBlockEdge * kBlockEdge;
-    const auto* free_bits = reinterpret_cast<const std::uint8_t*>(&free.word[z]);
-    const auto* crossed_bits = reinterpret_cast<const std::uint8_t*>(&crossed.word[z]);
-    const auto* hit_bits = reinterpret_cast<const std::uint8_t*>(&hit.word[z]);
     for (int i = 0; i < kBlockEdge * kBlockEdge; i += static_cast<int>(hn::Lanes(d))) {
-      const auto is_free = hn::LoadMaskBits(d, free_bits + i / 8);
-      const auto is_crossed = hn::LoadMaskBits(d, crossed_bits + i / 8);
-      const auto is_hit = hn::LoadMaskBits(d, hit_bits + i / 8);
+      const auto is_free = mask_of(d, free.word[z] >> i);
+      const auto is_crossed = mask_of(d, crossed.word[z] >> i);
+      const auto is_hit = mask_of(d, hit.word[z] >> i);
       const auto value = hn::Load(d, slice + i);
       const auto is_cleared = hn::And(is_free, hn::Or(is_crossed, hn::Not(value > zero)));
       const auto steps = hn::IfThenElse(is_hit, hit_steps, hn::IfThenElseZero(is_cleared, miss_steps));
@@ -92,7 +94,7 @@ HWY_INLINE void AddEvidence(const Evidence& evidence, const BlockBits& free, con
 /// Adds free octants to a place that is unknown or a free coarse node. Octants that were known become more free when at
 /// least half of them was seen again; with new ones, all have the weaker value.
 /// @param num_free  voxels that were seen
-HWY_INLINE void AddFreeOctants(const Evidence& evidence, OctantMask free, int num_free, VoxelPools& pools, Volume& volume,
+HWY_INLINE void add_free_octants(const Evidence& evidence, OctantMask free, int num_free, VoxelPools& pools, Volume& volume,
                                Chunk& chunk, std::uint32_t& place) {
   const LogOdds value = Volume::coarse_value(place);
   const OctantMask known = Volume::known_octants(place);
@@ -109,7 +111,7 @@ HWY_INLINE void AddFreeOctants(const Evidence& evidence, OctantMask free, int nu
 /// voxels of octants that are not known yet.
 /// @param free  without the voxels that were hit
 /// @return number of voxels that a full pool declined
-HWY_INLINE std::size_t ApplyToPlace(const Evidence& evidence, const BlockBits& free, const BlockBits& crossed,
+HWY_INLINE std::size_t apply_to_place(const Evidence& evidence, const BlockBits& free, const BlockBits& crossed,
                                     const BlockBits& hit, VoxelPools& pools, Volume& volume, Chunk& chunk,
                                     std::uint32_t& place) {
   int num_free = 0;
@@ -130,7 +132,7 @@ HWY_INLINE std::size_t ApplyToPlace(const Evidence& evidence, const BlockBits& f
       any |= static_cast<unsigned>(in_any != 0) << octant;
     }
     if ((any & ~(all | Volume::known_octants(place))) == 0) {
-      AddFreeOctants(evidence, static_cast<OctantMask>(all), num_free, pools, volume, chunk, place);
+      add_free_octants(evidence, static_cast<OctantMask>(all), num_free, pools, volume, chunk, place);
       return 0;
     }
   }
@@ -139,8 +141,8 @@ HWY_INLINE std::size_t ApplyToPlace(const Evidence& evidence, const BlockBits& f
     for (const std::uint64_t word : hit.word) num_free += std::popcount(word);
     return static_cast<std::size_t>(num_free);
   }
-  AddEvidence(evidence, free, crossed, hit, *block);
-  if (!has_hits && HighestIn(*block) <= 0) volume.settle_block(pools, chunk, place);
+  add_evidence(evidence, free, crossed, hit, *block);
+  if (!has_hits && highest_in(*block) <= 0) volume.settle_block(pools, chunk, place);
   return 0;
 }
 

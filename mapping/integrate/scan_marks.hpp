@@ -12,10 +12,9 @@
 
 namespace cloister {
 
-/// One bit for each voxel of a block: bit x + 8 y of word z. A vector load of the last word's bits may run past it, hence
-/// one more, always 0.
+/// One bit for each voxel of a block: bit x + 8 y of word z.
 struct BlockBits {
-  std::uint64_t word[kBlockEdge + 1];
+  std::uint64_t word[kBlockEdge];
 
   [[nodiscard]] bool any() const {
     std::uint64_t all = 0;

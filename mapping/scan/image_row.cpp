@@ -36,7 +36,7 @@ HWY_INLINE V nearer_slope(D d, V range, V one, V angle_one, V other, V angle_oth
   return hn::IfThenElseZero(is_surface, rising);
 }
 
-std::size_t PlaceRow(const ImageRow& in) {
+std::size_t place_row_vectors(const ImageRow& in) {
   const hn::ScalableTag<float> d;
   using V = hn::Vec<decltype(d)>;
   const SphericalProjection& projection = *in.projection;
@@ -110,9 +110,9 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace cloister {
 
-HWY_EXPORT(PlaceRow);
+HWY_EXPORT(place_row_vectors);
 
-std::size_t place_row(const ImageRow& row) { return HWY_DYNAMIC_DISPATCH(PlaceRow)(row); }
+std::size_t place_row(const ImageRow& row) { return HWY_DYNAMIC_DISPATCH(place_row_vectors)(row); }
 
 }  // namespace cloister
 #endif

@@ -25,6 +25,7 @@ struct RangeImage {
     std::uint16_t least;     ///< a lost pixel between two others counts as the lesser of both
     std::uint16_t most;
     std::uint16_t most_gap;  ///< the most of `gap_free_m`
+    std::uint16_t padding = 0;
   };
 
   /// Elements of padding behind each row: vector loads may run past a row's end. The first repeats column 0.
