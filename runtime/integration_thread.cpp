@@ -112,6 +112,8 @@ void IntegrationThread::handle(const ScanJob& job) {
     ++report.num_submaps;
     report.map_bytes += static_cast<std::int64_t>(submap->volume.bytes());
   }
+  report.blocks_used = mapper_.pools().blocks.num_used();
+  report.chunks_used = mapper_.pools().chunks.num_used();
   hand_over(report.outcome.finished, job.scan->stamp, false, nullptr);
   report.latency_ms =
       std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - job.last_packet).count();

@@ -36,6 +36,8 @@ struct ScanReport {
   std::int32_t queue_depth = 0;
   std::int32_t num_submaps = 0;
   std::int64_t map_bytes = 0;
+  std::size_t blocks_used = 0;  ///< of the integration thread's share: see PoolShare::num_used
+  std::size_t chunks_used = 0;
 };
 
 /// Integration thread -> fusion scheduler: a submap that is finished, a graph revision, or both. If a loop closure has

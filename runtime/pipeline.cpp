@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "mapping/core/vectors.hpp"
 #include "runtime/cpu_clock.hpp"
 
 namespace cloister {
@@ -59,6 +60,7 @@ const char* name_of(ScanRefusal refusal) {
 Pipeline::Pipeline(const ProgramConfig& config, const Options& options)
     : config_(config),
       store_(num_blocks(config.map.memory), num_chunks(config.map.memory)),
+      warmer_(store_),
       mapper_(config.map, store_),
       map_(config.map, store_),
       submap_slots_(static_cast<std::size_t>(config.map.memory.max_submaps)),
@@ -69,9 +71,12 @@ Pipeline::Pipeline(const ProgramConfig& config, const Options& options)
       retired_(static_cast<std::size_t>(config.runtime.graph_queue) + 1),
       requests_(1),
       answers_(1) {
+  limit_vector_bits(config.runtime.vector_bits);
   mapper_.pools().take_all();
   move_share(mapper_.pools().blocks, map_.pools().blocks, config.runtime.fusion_reserve);
   move_share(mapper_.pools().chunks, map_.pools().chunks, config.runtime.fusion_reserve);
+  // The integration thread's items begin where those moved to the other share end.
+  warmer_.keep_ahead(map_.pools().blocks.num_free(), map_.pools().chunks.num_free());
   for (std::size_t i = submap_slots_.size(); i-- > 0;) mapper_.give_slot(&submap_slots_[i]);
   for (int i = 0; i < config.runtime.scan_queue; ++i) {
     scan_slots_.push_back(std::make_unique<Scan>());
@@ -181,6 +186,7 @@ void Pipeline::drop(const Scan& scan, const char* cause) {
 }
 
 void Pipeline::note(const ScanReport& report) {
+  warmer_.keep_ahead(report.blocks_used, report.chunks_used);
   const ScanOutcome& outcome = report.outcome;
   submap_finished_ |= outcome.finished != nullptr;
   record_.cpu_spawn_check_s += 1e-9 * static_cast<double>(report.spawn_check_cpu_ns);

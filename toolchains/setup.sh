@@ -10,6 +10,7 @@ cmake              # build system; 3.25 for workflow presets
 ninja-build        # the presets' generator
 libeigen3-dev      # linear algebra
 libexpected-dev    # tl::expected behind Result
+libhwy-dev         # vectors for whatever the processor has, chosen at run time
 libccd-dev         # early "no" on oriented boxes
 libboost-dev       # lockfree::spsc_queue, headers only
 libtbb-dev         # parallel overlap comparisons; OpenVDB's headers use it too

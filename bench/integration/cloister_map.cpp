@@ -20,10 +20,12 @@ CloisterMap::CloisterMap(const Config& config, std::size_t max_pixels, std::int6
     : config_(config.voxel),
       store_(items_in(kBlockShare * static_cast<double>(budget_bytes), sizeof(Block)),
              items_in((1 - kBlockShare) * static_cast<double>(budget_bytes), sizeof(Chunk))),
+      warmer_(store_),
       pools_(store_),
       beams_(max_pixels),
       integrator_(config.voxel) {
   pools_.take_all();
+  keep_memory_ahead();
 }
 
 void CloisterMap::place(const Scan& scan, const Pose& T_S_R) {

@@ -10,6 +10,7 @@
 #include "mapping/scan/scan_beams.hpp"
 #include "mapping/scan/scan.hpp"
 #include "mapping/voxel/volume.hpp"
+#include "runtime/memory_warmer.hpp"
 
 namespace cloister {
 
@@ -35,6 +36,8 @@ class CloisterMap {
   // The same in two steps, for the kernels.
   void place(const Scan& scan, const Pose& T_S_R);
   std::size_t integrate_placed();
+  /// What the pipeline's reader does between scans.
+  void keep_memory_ahead() { warmer_.keep_ahead(pools_.blocks.num_used(), pools_.chunks.num_used()); }
   void clear() { volume_.clear(pools_); }
 
   [[nodiscard]] VoxelState state(const Eigen::Vector3f& p_S) const;
@@ -51,6 +54,7 @@ class CloisterMap {
  private:
   VoxelConfig config_;
   VoxelStore store_;
+  MemoryWarmer warmer_;
   VoxelPools pools_;
   Volume volume_;
   ScanBeams beams_;

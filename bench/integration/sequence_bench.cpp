@@ -146,6 +146,7 @@ Result<void> run_cloister(const SequenceOptions& options, Sequence& sequence,
     meter.start();
     cost.blocks_touched = map.integrate(placed.scan, placed.T_S_R);
     cost.spent = meter.stop();
+    map.keep_memory_ahead();
   }
   judge(map, options, held_out, truth, sequence.scans().origin_A(), result);
   all.results.push_back(std::move(result));

@@ -36,7 +36,7 @@ struct ProjectiveResult {
 ///
 ///   - the beam nearest to its centre passes within half a voxel of it, and proves free beyond it (it is `crossed`), or
 ///   - all four beams around it do. What lies between beams is so filled as long as no edge runs between them; it counts
-///     only for voxels that are not occupied (see ApplyToPlace), so that thin things seen from near are not cleared by
+///     only for voxels that are not occupied (see apply_to_place), so that thin things seen from near are not cleared by
 ///     beams that miss them from afar.
 ///
 /// Every node is projected with the sensor's pose at the column that looks at it. Blocks where the scan's beginning and

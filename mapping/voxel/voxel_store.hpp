@@ -37,14 +37,18 @@ class PoolShare {
     if (free_.empty()) return kNoIndex;
     const PoolIndex index = free_.back();
     free_.pop_back();
+    if (index >= num_used_) num_used_ = index + 1;
     return index;
   }
   void release(PoolIndex index) { free_.push_back(index); }
 
   [[nodiscard]] std::size_t num_free() const { return free_.size(); }
+  /// One more than the highest index handed out so far: the memory behind it has not been touched by this owner.
+  [[nodiscard]] std::size_t num_used() const { return num_used_; }
 
  private:
   std::vector<PoolIndex> free_;
+  std::size_t num_used_ = 0;
 };
 
 /// The memory of all blocks and chunks, taken once at construction and never again.

@@ -47,6 +47,19 @@ TEST_CASE("a replay of the house leaves every output, true to the world it was s
   CHECK(figures["mesh"]["within_10cm"].get<double>() >= 0.95);
 }
 
+TEST_CASE("the map does not depend on the vectors that the processor has") {
+  const TemporaryFolder folder;
+  std::string first_hash;
+  for (const char* bits : {"0", "256", "128", "64"}) {
+    CAPTURE(bits);
+    const auto out = folder.path() / bits;
+    REQUIRE(replay(CLOISTER_HOUSE_MISSION, out, std::string("--set runtime.vector_bits=") + bits).exit_status == 0);
+    const std::string hash = read_json(out / "summary.json")["map_hash"];
+    if (first_hash.empty()) first_hash = hash;
+    CHECK(hash == first_hash);
+  }
+}
+
 TEST_CASE("the map does not depend on the number of overlap workers, nor on the run") {
   const TemporaryFolder folder;
   std::string first_hash;
