@@ -30,17 +30,23 @@ struct ProjectiveResult {
 
 /// Updates free space, coarse to fine. Nodes of 512, 256, ... 4 voxels are held against the range image's bounds:
 /// in front of all beams' ends, they are free as a whole; behind all, or outside of the image, nothing is said about
-/// them; else their eight children are asked. Inside octants of 4x4x4 voxels that stay undecided, voxel centres are
-/// looked up in the image itself, the projection taken as linear across the octant: at half a metre from the sensor that
-/// is wrong by less than half a voxel, at three metres by a tenth. A voxel is free when
+/// them; else their eight children are asked. A voxel whose centre has to be looked up in the image is free when
 ///
 ///   - the beam nearest to its centre passes within half a voxel of it, and proves free beyond it (it is `crossed`), or
-///   - all four beams around it do. What lies between beams is so filled as long as no edge runs between them; it counts
-///     only for voxels that are not occupied (see apply_to_place), so that thin things seen from near are not cleared by
-///     beams that miss them from afar.
+///   - all four beams around its centre do. What lies between beams is so filled as long as no edge runs between them; it
+///     counts only for voxels that are not occupied (see add_evidence), so that thin things seen from near are not
+///     cleared by beams that miss them from afar.
 ///
-/// Every node is projected with the sensor's pose at the column that looks at it. Blocks where the scan's beginning and
-/// end meet are looked up with both poses.
+/// Near the sensor, where voxels are wider than pixels, only the first is asked; further away the first is asked where
+/// something is occupied. What that spares is decided by blocks:
+///
+///   - Only blocks with returns, or with voxels of their own, are looked up voxel by voxel. In any other, an octant of
+///     4x4x4 voxels becomes free when three quarters of its voxels are: the rest of it is at the border of what is seen.
+///   - Blocks so far away that rows are more than a voxel apart are looked into every other scan, half of them in turn, and
+///     what is then seen through counts twice. Returns count in every scan.
+///
+/// Every node is projected with the sensor's pose at the column that looks at it; inside blocks and octants the projection
+/// is expanded around their middle. Blocks where the scan's beginning and end meet are looked up with both poses.
 /// Real-time: no allocation. Vectorised for whatever the processor has; every instruction set gives the same map.
 [[nodiscard]] ProjectiveResult integrate_projective(const ProjectiveJob& job);
 
