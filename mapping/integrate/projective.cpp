@@ -25,7 +25,7 @@ constexpr float kMinFarVoxels = 200;
 constexpr float kMinLookVoxels = 40;
 
 // Of an octant's 64, for it to be free as a whole all the same.
-constexpr int kMaxUnseenVoxels = 16;
+constexpr int kMaxUnseenVoxels = 32;
 
 class Carver {
  public:
@@ -69,9 +69,15 @@ class Carver {
     NodeViews views;
     projector_.view_children(corner, child_edge, from, views);
     result_.nodes_tested += 8;
-    // Only what is there already can be changed by beams that do not see through a node as a whole.
-    const bool is_bare = edge <= kChunkVoxels && slots_ == nullptr && chunk_ == nullptr;
-    const unsigned ask = views.free | (is_bare ? views.mixed & views.gaps : views.mixed);
+    unsigned ask = views.free | views.mixed;
+    if (edge <= kChunkVoxels) {
+      for (unsigned rest = views.mixed; rest != 0; rest &= rest - 1) {
+        const int child = std::countr_zero(rest);
+        const VoxelCoord child_corner = child_corner_of(corner, child_edge, child);
+        const bool has_gaps = (views.gaps >> child & 1) != 0 && is_turn_of(child_corner, views.distance_m[child]);
+        if (!may_change(child_corner, child_edge, has_gaps)) ask &= ~(1u << child);
+      }
+    }
     if (child_edge == kBlockEdge) fetch_blocks(corner, ask);
     for (unsigned rest = ask; rest != 0; rest &= rest - 1) {
       const int child = std::countr_zero(rest);
@@ -85,6 +91,26 @@ class Carver {
         divide(child_corner, child_edge, projector_.pose_for(views, child, child_edge));
       }
     }
+  }
+
+  /// Is there anything in a node of the entered chunk that a scan could change which does not see through all of it? Not in
+  /// free space that is as sure as it can be; without gaps, in no free or unknown space at all.
+  bool may_change(const VoxelCoord& corner, int edge, bool has_gaps) const {
+    if (chunk_ == nullptr && slots_ == nullptr) return has_gaps;
+    const int first = index_in_block(parent_coord(corner));
+    const int blocks = edge / kBlockEdge;
+    const std::uint32_t settled = Volume::coarse_place(evidence_.lowest, kAllOctants);
+    for (int z = 0; z < blocks; ++z) {
+      for (int y = 0; y < blocks; ++y) {
+        const int row = first + index_in_block(0, y, z);
+        for (int x = row; x < row + blocks; ++x) {
+          if (slots_ != nullptr && slots_[x] != 0) return true;
+          const std::uint32_t place = chunk_ != nullptr ? chunk_->places[x] : 0;
+          if (has_gaps ? place != settled : Volume::has_block(place) || Volume::coarse_value(place) > 0) return true;
+        }
+      }
+    }
+    return false;
   }
 
   /// Calls for the memory of children that will be visited: it arrives while the first of them are looked up.
@@ -156,7 +182,8 @@ class Carver {
       if (visit.is_free) {
         ++result_.blocks_free;
         update_node(index, kAllOctants);
-      } else if (visit.has_gaps && Volume::known_octants(place) != kAllOctants && !may_wait(visit)) {
+      } else if (visit.has_gaps && Volume::known_octants(place) != kAllOctants &&
+                 (visit.views == nullptr || is_turn_of(visit.corner, visit.views->distance_m[visit.child]))) {
         ++result_.blocks_coarse;
         update_node(index, free_octants(visit, Volume::known_octants(place)));
       }
@@ -184,6 +211,14 @@ class Carver {
     const VoxelCoord& corner = visit.corner;
     return !is_first_ && is_sparse(visit) &&
            (((corner.x() ^ corner.y() ^ corner.z()) >> kBlockShift ^ static_cast<int>(scan_number_)) & 1) != 0;
+  }
+
+  /// Of what is unknown so far away, a quarter is asked in each scan: nodes of 32 voxels in turn.
+  bool is_turn_of(const VoxelCoord& corner, float distance_m) const {
+    constexpr int kTurnShift = 5;
+    const VoxelCoord node(corner.x() >> kTurnShift, corner.y() >> kTurnShift, corner.z() >> kTurnShift);
+    return is_first_ || distance_m <= sparse_m_ ||
+           ((static_cast<std::uint64_t>(node.x() + node.y() + 2 * node.z()) + scan_number_) & 3) == 0;
   }
 
   /// What the octants of a block that is bare or coarse have shown: those that are seen through as wholes.
