@@ -10,7 +10,7 @@
 namespace cloister {
 namespace {
 
-// A cloud belongs to the node of its stamp; tools that write stamps as doubles are off by some 100 ns.
+// A cloud belongs to the node of its stamp; tools that write stamps as doubles miss by some 100 ns.
 constexpr std::int64_t kSameStampNs = 1'000'000;
 
 }  // namespace
