@@ -34,8 +34,8 @@ class MissionReader {
   enum class Item { kScan, kGraph, kEnd };
 
   /// Opens the folder and reads metadata and odometry. Fails with kInput, naming file and line.
-  [[nodiscard]] static Result<std::unique_ptr<MissionReader>> open(const std::filesystem::path& path,
-                                                                   const Config& config);
+  [[nodiscard]] static Result<std::unique_ptr<MissionReader>> open(
+      const std::filesystem::path& path, const Config& config);
 
   /// Reads on. A scan is put into `scan`, which should be reserved for `max_pixels()`,
   /// `max_columns()` and `kMaxPoses`; a graph is to be fetched with `take_graph`. Scans without a
@@ -62,7 +62,8 @@ class MissionReader {
   [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:
-  MissionReader(MissionFolder folder, const Config& config) : folder_(std::move(folder)), config_(config) {}
+  MissionReader(MissionFolder folder, const Config& config)
+      : folder_(std::move(folder)), config_(config) {}
 
   [[nodiscard]] Result<void> open_files();
   [[nodiscard]] Result<bool> read_scan();
