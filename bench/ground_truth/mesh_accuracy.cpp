@@ -39,7 +39,8 @@ bool is_seen(const Eigen::Vector3f& p, const std::vector<Eigen::Vector3f>& views
 }  // namespace
 
 std::vector<Eigen::Vector3d> sample_surface(const TriangleMesh& mesh, std::size_t count,
-                                            std::uint64_t seed) {
+                                            std::uint64_t seed,
+                                            std::vector<std::size_t>* triangles) {
   std::vector<double> area_up_to(mesh.triangles.size());
   double area = 0.0;
   for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
@@ -57,6 +58,7 @@ std::vector<Eigen::Vector3d> sample_surface(const TriangleMesh& mesh, std::size_
     const auto at = std::upper_bound(area_up_to.begin(), area_up_to.end(), random.uniform() * area);
     const auto k =
         std::min(static_cast<std::size_t>(at - area_up_to.begin()), area_up_to.size() - 1);
+    if (triangles != nullptr) triangles->push_back(k);
     const double root = std::sqrt(random.uniform());
     const double v = random.uniform();
     points.push_back((1.0 - root) * mesh.corner(k, 0).cast<double>() +

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "bench/ground_truth/truth.hpp"
 #include "bench/simulate/ray_scene.hpp"
@@ -22,8 +23,10 @@ struct MeshAccuracy {
 };
 
 /// Points spread evenly over a mesh's area. @return `count` points, none for a mesh without area
-[[nodiscard]] std::vector<Eigen::Vector3d> sample_surface(const TriangleMesh& mesh,
-                                                          std::size_t count, std::uint64_t seed);
+/// @param triangles where given, filled with the triangle each point lies on
+[[nodiscard]] std::vector<Eigen::Vector3d> sample_surface(
+    const TriangleMesh& mesh, std::size_t count, std::uint64_t seed,
+    std::vector<std::size_t>* triangles = nullptr);
 
 /// Judges a mesh in M against the truth. True surface counts as seen when some place of the way, within 20 m, has a
 /// clear line to it; the sensor's field of view is not asked.

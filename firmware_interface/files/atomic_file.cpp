@@ -114,8 +114,7 @@ Result<void> AtomicFile::commit() {
   if (failure_) return tl::unexpected(*failure_);
   if (fd_ < 0) return remember_failure("is closed already", EBADF);
   if (auto flushed = flush(); !flushed) return flushed;
-  // Some file systems (pipes, a few network mounts) cannot sync; that is no reason to lose the
-  // file.
+  // Pipes and a few network mounts cannot sync; that is no reason to lose the file.
   if (::fsync(fd_) != 0 && errno != EINVAL && errno != ENOTSUP) {
     return remember_failure("cannot be brought to the disk", errno);
   }

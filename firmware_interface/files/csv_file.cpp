@@ -16,8 +16,8 @@ bool equal_ignoring_case(std::string_view a, std::string_view b) {
       a, b, [](char x, char y) { return (x >= 'A' && x <= 'Z' ? x - 'A' + 'a' : x) == y; });
 }
 
-/// True when the line's fields are exactly these lower-case names. Leaves the line at its first
-/// field.
+/// True when the line's fields are exactly these names, which are lower-case, in any case.
+/// Leaves the line at its first field.
 bool is_header(LineReader& line, std::initializer_list<std::string_view> names) {
   const bool same = std::ranges::all_of(names, [&line](std::string_view name) {
     const auto field = line.next_field();

@@ -27,8 +27,7 @@ bool same_content(const GraphNode& a, const GraphNode& b) {
   return a.has_stamp == b.has_stamp && a.stamp == b.stamp && a.T_M_N.matrix() == b.T_M_N.matrix();
 }
 
-/// True when no eigenvalue of the matrix, its diagonal scaled to one, lies below
-/// -kEigenvalueTolerance.
+/// True when the matrix, its diagonal scaled to one, has no eigenvalue below -kEigenvalueTolerance.
 bool is_positive_semidefinite(const Matrix6d& information) {
   Matrix6d scaled;
   for (int column = 0; column < 6; ++column) {
@@ -58,8 +57,7 @@ class G2oReader {
  public:
   G2oReader(std::string_view text, std::string_view file_name, const G2oOptions& options)
       : line_(text, file_name), options_(options) {
-    // Edges with information are 150 characters and more; a guess that is too small only costs a
-    // copy.
+    // Edges with information are 150 characters and more; too small a guess only costs a copy.
     edges_.reserve(text.size() / 256);
     edge_lines_.reserve(text.size() / 256);
   }

@@ -10,8 +10,8 @@
 namespace cloister {
 
 struct G2oOptions {
-  /// Stands in for missing information matrices as a scaled identity, 1/m^2 and 1/rad^2; 0 refuses
-  /// such edges.
+  /// Stands in for missing information matrices as a scaled identity, 1/m^2 and 1/rad^2;
+  /// 0 refuses such edges.
   double default_information = 0.0;
 };
 
@@ -41,8 +41,9 @@ struct G2oStats {
 ///
 /// @param file_name for messages
 /// @param stats filled when not null; meaningful only on success
-/// @return the graph, nodes sorted by id, edges in the order written, `PoseGraph::stamp` zero; or
-/// kInput with file:line
+/// @return the graph, nodes sorted by id, edges in the order written, `PoseGraph::stamp` zero;
+///         or kInput with file:line
+///
 /// Cost: O(n log n), about 10 ms for 6,275 edges with information.
 [[nodiscard]] Result<PoseGraph> read_g2o(std::string_view text, std::string_view file_name,
                                          const G2oOptions& options, G2oStats* stats = nullptr);

@@ -80,9 +80,9 @@ std::optional<SensorTime> parse_stamp(std::string_view field) {
     return std::nullopt;
   }
 
-  // Digit k of whole+fraction, from the left, is worth 10^(num_whole - 1 - k + exponent) s: take
-  // those worth a nanosecond or more, append zeros down to the nanosecond, and round by the first
-  // digit below.
+  // Digit k of whole + fraction, from the left, is worth 10^(whole.size() - 1 - k + exponent) s:
+  // take those worth a nanosecond or more, append zeros down to the nanosecond, and round by the
+  // first digit below.
   const auto digit_at = [&](std::int64_t k) {
     const auto i = static_cast<std::size_t>(k);
     if (i < whole.size()) return whole[i] - '0';

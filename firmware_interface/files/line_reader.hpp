@@ -13,12 +13,12 @@
 
 namespace cloister {
 
-/// Stamps further from zero than this (the year 2096) are refused everywhere, so that two of them
-/// can be subtracted.
+/// Stamps further from zero than this (the year 2096) are refused everywhere,
+/// so that two of them can be subtracted.
 inline constexpr std::int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
 
-/// A whole field as a finite number, independent of the locale, or nothing. Too small for a double
-/// reads as zero.
+/// A whole field as a finite number, independent of the locale, or nothing.
+/// Too small for a double reads as zero.
 [[nodiscard]] std::optional<double> parse_double(std::string_view field);
 
 /// A whole field as an integer, or nothing.
@@ -29,8 +29,8 @@ inline constexpr std::int64_t kMaxStamp_ns = 4'000'000'000'000'000'000;
 /// rounded half away from zero.
 [[nodiscard]] std::optional<SensorTime> parse_stamp(std::string_view field);
 
-/// Whole seconds and the nanoseconds beyond them (0 to 999,999,999) as one stamp, or nothing when
-/// out of range.
+/// Whole seconds and the nanoseconds beyond them (0 to 999,999,999) as one stamp,
+/// or nothing when out of range.
 [[nodiscard]] std::optional<SensorTime> make_stamp(std::int64_t seconds, std::int64_t nanoseconds);
 
 /// Walks a text line by line and field by field, and knows where it stands when something is wrong.
@@ -50,8 +50,8 @@ class LineReader {
   /// Moves to the next line that holds a field; false at the end of the text.
   [[nodiscard]] bool next_line();
 
-  /// The next field of this line, or nothing when none is left. Between two commas a field may be
-  /// empty.
+  /// The next field of this line, or nothing when none is left.
+  /// Between two commas a field may be empty.
   std::optional<std::string_view> next_field();
 
   /// True when this line holds no further field.

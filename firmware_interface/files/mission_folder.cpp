@@ -136,7 +136,8 @@ Result<void> find_graphs(MissionFolder& mission) {
   return {};
 }
 
-/// Fills what mission.json says; `T_pose_sensor` and `pose_frame` by the variant.
+/// Fills name, `pose_frame` and `T_pose_sensor` as mission.json says, and returns the variant that
+/// it asks for. Without the file nothing changes.
 Result<std::optional<MissionVariant>> apply_mission_json(MissionFolder& mission) {
   const fs::path path = mission.path / "mission.json";
   if (!is_file(path)) return std::nullopt;

@@ -28,8 +28,8 @@ enum class PoseFrame {
   kBody,    ///< another frame, in which MissionFolder::T_pose_sensor places the sensor
 };
 
-/// The stamp of a graph that was there before the mission began. Half of the smallest, so that
-/// subtracting is safe.
+/// The stamp of a graph that was there before the mission began.
+/// Half of the smallest, so that subtracting is safe.
 inline constexpr SensorTime kBeforeMission{std::numeric_limits<std::int64_t>::min() / 2};
 
 struct GraphFile {
@@ -43,8 +43,8 @@ struct CloudFile {
   SensorTime stamp;  ///< from the file's name
 };
 
-/// What a mission directory holds, and its small parts. Nothing that grows with the mission is
-/// read.
+/// What a mission directory holds, and its small parts.
+/// Nothing that grows with the mission is read.
 struct MissionFolder {
   std::filesystem::path path;
   std::string name;  ///< from mission.json, else the directory's name
@@ -72,18 +72,18 @@ struct MissionFolder {
 
 /// Looks through a mission directory:
 ///
-///     lidar.pcap, metadata.json, odometry.tum         packets; or
-///     individual_clouds/cloud_<sec>_<nsec>.pcd        clouds, with or without odometry.tum
-///     pose_graph/NNNNNN_<stamp_ns>.g2o                snapshots; or
-///     slam_pose_graph.slam, or one *.g2o or *.slam    a single graph, known from the start
-///     nodes.tum                                       optional, in the folder of the graphs
-///     mission.json                                    optional, see mission_json.hpp
+///     lidar.pcap, metadata.json, odometry.tum        packets; or
+///     individual_clouds/cloud_<sec>_<nsec>.pcd       clouds, with or without odometry.tum
+///     pose_graph/NNNNNN_<stamp_ns>.g2o               snapshots; or
+///     slam_pose_graph.slam, or one *.g2o or *.slam   a single graph, known from the start
+///     nodes.tum                                      optional, in the folder of the graphs
+///     mission.json                                   optional, see mission_json.hpp
 ///
 /// A mission that holds packets and clouds is read as mission.json's `variant` says, else by its
 /// packets. Snapshots in pose_graph/ go before a graph at the top. Files with other suffixes and
 /// hidden ones are ignored.
-/// @return kInput, naming the file, when something needed is missing, or a name or mission.json is
-/// malformed
+/// @return kInput, naming the file, when something needed is missing,
+///         or a name or mission.json is malformed
 [[nodiscard]] Result<MissionFolder> open_mission(const std::filesystem::path& path);
 
 /// Reads one of the mission's graphs: every node gets its stamp, by the graph or by nodes.tum, and

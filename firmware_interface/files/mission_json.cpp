@@ -28,8 +28,8 @@ tl::unexpected<Error> fail_at_key(std::string_view text, std::string_view key,
                  std::string(key) + " " + std::string(problem));
 }
 
-/// All numbers of an array of numbers, or of an array of such arrays; empty when there is anything
-/// else.
+/// All numbers of an array of numbers, or of an array of such arrays;
+/// empty when there is anything else.
 std::vector<double> flattened(const json& value) {
   std::vector<double> numbers;
   if (!value.is_array()) return numbers;

@@ -18,11 +18,15 @@ struct MissionJson {
   std::optional<Pose> T_pose_sensor;  ///< set exactly for PoseFrame::kBody
 };
 
-/// Reads mission.json: `name`; `variant`, "pcap" or "individual_clouds"; `pose_frame`, "sensor" or
-/// "lidar"; `T_pose_sensor`, [x,y,z,qx,qy,qz,qw] or a 4x4 matrix by rows, nested or flat, metres.
+/// Reads mission.json:
+///
+///     name            any text
+///     variant         "pcap" or "individual_clouds"
+///     pose_frame      "sensor" or "lidar"
+///     T_pose_sensor   [x,y,z,qx,qy,qz,qw], or a 4x4 matrix by rows, nested or flat; metres
+///
 /// `T_pose_sensor` decides when it is there; `pose_frame` may then hold any name.
-/// @return kInput with file:line when it is no JSON object or a key it knows has a value it does
-/// not
+/// @return kInput with file:line when it is no JSON object, or a known key has an unknown value
 [[nodiscard]] Result<MissionJson> read_mission_json(std::string_view text,
                                                     std::string_view file_name);
 

@@ -5,8 +5,7 @@
 namespace cloister {
 namespace {
 
-/// A velocity is taken over at least this time, since that of two close samples is mostly their
-/// noise.
+/// A velocity is taken over at least this time: that of two close samples is mostly their noise.
 constexpr Duration kVelocitySpan{50'000'000};
 
 /// The first sample at or after a stamp.

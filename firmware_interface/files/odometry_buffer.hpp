@@ -19,9 +19,10 @@ class OdometryBuffer {
  public:
   /// How far samples are trusted to speak for stamps they were not taken at.
   struct Limits {
-    Duration max_gap;  ///< nothing is interpolated between samples further apart than this
-    Duration max_extrapolation;  ///< how far past the first and the last sample velocity is taken
-                                 ///< as constant
+    /// Nothing is interpolated between samples further apart than this.
+    Duration max_gap;
+    /// How far past the first and the last sample the velocity is taken as constant.
+    Duration max_extrapolation;
   };
 
   /// Why a span of time is not covered, in the order a caller can do something about it.

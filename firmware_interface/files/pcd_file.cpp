@@ -35,8 +35,8 @@ template <>
 float load_as<double>(const char* bytes) {
   double value;
   std::memcpy(&value, bytes, sizeof(value));
-  // Beyond a float's range the conversion is undefined behaviour; such a coordinate is dropped as
-  // not finite.
+  // Beyond a float's range the conversion is undefined behaviour;
+  // such a coordinate is dropped as not finite.
   return std::abs(value) <= static_cast<double>(std::numeric_limits<float>::max())
              ? static_cast<float>(value)
              : std::numeric_limits<float>::quiet_NaN();
@@ -44,8 +44,7 @@ float load_as<double>(const char* bytes) {
 
 using LoadCoordinate = float (*)(const char*);
 
-/// How a value of this type and size is read; the header has only sizes and types that are listed
-/// here.
+/// How a value of this type and size is read; a checked header has no others than those here.
 LoadCoordinate loader_of(const PcdField& field) {
   switch (field.size) {
     case 1:
@@ -126,8 +125,8 @@ Result<PcdStats> read_binary(std::string_view body, std::string_view file_name,
   return sink.keep();
 }
 
-/// After decompression all values of the first field stand first, then all of the second, and so
-/// on.
+/// After decompression all values of the first field stand first, then those of the second, and so
+/// on for every field.
 Result<PcdStats> read_compressed(std::string_view body, std::string_view file_name,
                                  const PcdHeader& header, std::vector<Eigen::Vector3f>& points_L) {
   if (header.num_points == 0) return PcdStats{};

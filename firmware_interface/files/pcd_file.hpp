@@ -13,8 +13,8 @@ namespace cloister {
 
 struct PcdStats {
   std::int64_t points = 0;  ///< appended
-  std::int64_t not_finite =
-      0;  ///< dropped, since a coordinate was NaN, infinite or too large for a float
+  /// Dropped, since a coordinate was NaN, infinite or too large for a float.
+  std::int64_t not_finite = 0;
 };
 
 /// Reads the coordinates of a point cloud in PCD v0.7: DATA ascii, binary or binary_compressed,
@@ -27,6 +27,7 @@ struct PcdStats {
 /// @param file_name for messages
 /// @param points_L finite points are appended, metres; unchanged when the read fails
 /// @return counts, or kInput with file:line (header, ascii) or file and byte (binary)
+///
 /// Memory: bounded by the size of `bytes`, whatever its header claims (compressed: 88 times that,
 /// which is as far as LZF expands).
 [[nodiscard]] Result<PcdStats> read_pcd(std::string_view bytes, std::string_view file_name,

@@ -24,8 +24,8 @@ Result<std::string> read_all(int fd, const std::filesystem::path& path) {
   if (::fstat(fd, &status) != 0) return cannot_read(path, errno);
   if (S_ISDIR(status.st_mode)) return cannot_read(path, EISDIR);
   std::string bytes;
-  // One byte more than the file claims, so that its end is seen without growing. Pipes claim
-  // nothing and grow.
+  // One byte more than the file claims, so that its end is seen without growing.
+  // Pipes claim nothing and grow.
   std::size_t filled = 0;
   bytes.resize(static_cast<std::size_t>(status.st_size) + 1);
   while (true) {

@@ -8,8 +8,8 @@ namespace cloister {
 /// Where a body was at a stamp, as odometry tells it.
 struct StampedPose {
   SensorTime stamp;
-  Pose T_O_B =
-      Pose::Identity();  ///< pose of the body frame (the sensor, unless the mission says otherwise)
+  /// Pose of the body frame: the sensor's, unless the mission says otherwise.
+  Pose T_O_B = Pose::Identity();
 };
 
 }  // namespace cloister

@@ -8,8 +8,7 @@
 /// Any text is either refused or gives a graph that keeps what PoseGraph promises.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
-  // Both with and without a default for missing information, since edges without it are refused
-  // otherwise.
+  // With and without a default for missing information: without one, such edges are refused.
   for (const double default_information : {0.0, 1.0}) {
     const auto graph = cloister::read_g2o(text, "input", {default_information});
     if (!graph) continue;

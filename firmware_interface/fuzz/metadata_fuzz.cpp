@@ -1,4 +1,4 @@
-// Any bytes as a sensor's metadata: refused with one line, or parsed into something that has a geometry.
+// Any bytes as a sensor's metadata: refused with one line, or parsed into what has a geometry.
 
 #include <cstdint>
 #include <cstdlib>

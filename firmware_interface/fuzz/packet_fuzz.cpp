@@ -1,6 +1,7 @@
-// Any bytes as a stream of lidar packets. The first byte chooses profile and beam count, the next two the azimuth
-// window; the rest becomes packets: whole ones as they lie, and short ones that overwrite the start of the one before,
-// so that a small input reaches headers and columns of full-sized packets.
+// Any bytes as a stream of lidar packets. The first byte chooses profile and beam count, the next
+// two the azimuth window; the rest becomes packets: whole ones as they lie, and short ones that
+// overwrite the start of the one before, so that a small input reaches headers and columns of
+// full-sized packets.
 
 #include <algorithm>
 #include <array>

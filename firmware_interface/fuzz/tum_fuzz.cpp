@@ -8,8 +8,7 @@
 #include "firmware_interface/files/odometry_buffer.hpp"
 #include "firmware_interface/files/tum_file.hpp"
 
-/// Any text is either refused or gives an ascending trajectory that can be asked for poses
-/// anywhere.
+/// Any text is either refused or gives an ascending trajectory that can be asked for any pose.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using cloister::Duration;
   using cloister::OdometryBuffer;

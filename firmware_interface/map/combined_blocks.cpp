@@ -22,15 +22,14 @@ struct Candidate {
   }
 };
 
-/// Appends the blocks of M's grid that the submap's blocks meet; false when one lies beyond the
-/// bound.
+/// Appends the blocks of M's grid that the submap's blocks meet;
+/// false when one lies beyond the bound.
 [[nodiscard]] bool add_candidates(const MapView& map, const Submap& submap, int submap_idx,
                                   int max_voxel_coord, std::vector<Candidate>& candidates) {
   const double edge_m = kBlockEdge * map.info.voxel_size_m;
   const double max_block = static_cast<double>(max_voxel_coord) / kBlockEdge;
   // Half the extent of a turned block along M's axes, in blocks. It is a hair less than the truth,
-  // so that blocks which only touch do not count: the centres of their voxels are far from the
-  // border.
+  // so that blocks which only touch do not count: their voxels' centres are far from the border.
   const Eigen::Vector3d half =
       submap.T_M_S.linear().cwiseAbs() * Eigen::Vector3d::Constant(0.5 - 1e-6);
   bool is_within = true;

@@ -12,16 +12,15 @@ namespace cloister {
 /// What must be known about a map beside its submaps.
 struct MapInfo {
   double voxel_size_m = 0.065;
-  double log_odds_min =
-      -2.0;  ///< bounds of a voxel's evidence, natural log-odds; combined answers keep them too
+  /// Bounds of a voxel's evidence, natural log-odds; combined answers keep them too.
+  double log_odds_min = -2.0;
   double log_odds_max = 3.5;
 };
 
-/// A map as it stands in somebody's memory: everything that can be saved, meshed or exported. Owns
-/// nothing.
+/// A map as it stands in somebody's memory: everything that can be saved, meshed or exported.
+/// Owns nothing.
 ///
-/// Threads: whoever uses a view reads the submaps, and needs the permission of their owner for as
-/// long.
+/// Threads: whoever uses a view reads the submaps, and needs their owner's permission for as long.
 struct MapView {
   MapInfo info;
   const VoxelStore* store = nullptr;

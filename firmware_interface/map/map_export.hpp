@@ -12,17 +12,22 @@ struct ExportOptions {
 };
 
 /// Writes the map in the format that the path's suffix names:
-/// | suffix | content |
-/// |--------|------------------------------------------------------------------------------------------------------|
-/// | `.ply` | mesh of all submaps in M, coloured by submap; with `cloud` the occupied voxels'
-/// centres             | | `.pcd` | the occupied voxels' centres in M as x y z rgb label, label
-/// being the submap's id (binary)          | | `.bt`  | OctoMap of M, occupied or free: submaps
-/// combined as `query` combines them at each voxel's centre     | | `.ot`  | the same with log-odds
-/// | | `.vdb` | OpenVDB: a float grid of log-odds per submap, `submap_<id>`, with its pose in M as
-/// the transform     |
 ///
-/// Fails with kUsage for another suffix; with kResource when the file cannot be written or the
-/// format cannot hold the map. The file appears when it is complete.
+/// | suffix | content                                                                            |
+/// |--------|------------------------------------------------------------------------------------|
+/// | `.ply` | mesh of all submaps in M, coloured by submap; with `cloud` the occupied voxels'    |
+/// |        | centres in M as x y z red green blue submap (binary)                               |
+/// | `.pcd` | the occupied voxels' centres in M as x y z rgb label (binary); the label is the    |
+/// |        | submap's id                                                                        |
+/// | `.bt`  | OctoMap of M, occupied or free: each voxel as a query at its centre would say,     |
+/// |        | submaps combined                                                                   |
+/// | `.ot`  | the same with log-odds                                                             |
+/// | `.vdb` | OpenVDB: for each submap a float grid of log-odds, `submap_<id>`, with its pose    |
+/// |        | in M as the transform                                                              |
+///
+/// Fails with kUsage for another suffix, or for `cloud` with neither `.ply` nor `.pcd`; with
+/// kResource when the file cannot be written or the format cannot hold the map. The file appears
+/// when it is complete.
 [[nodiscard]] Result<void> export_map(const MapView& map, const std::filesystem::path& path,
                                       const ExportOptions& options = {});
 

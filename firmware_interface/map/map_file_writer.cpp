@@ -15,8 +15,8 @@ using map_layout::Description;
 using map_layout::Header;
 using map_layout::kChecksumBytes;
 
-/// Sends bytes to the file and to two checksums. Failures stick to the file, so only the commit is
-/// checked.
+/// Sends bytes to the file and to two checksums.
+/// Failures stick to the file, so only the commit is checked.
 class Writer {
  public:
   explicit Writer(AtomicFile& file) : file_(file) {}

@@ -69,8 +69,7 @@ void add_size(const PlyMeshSize& part, PlyMeshSize& sum) {
   return file->commit();
 }
 
-/// Reads `num_bytes` of a file from `offset` on, in pieces of whole records, and hands each piece
-/// over.
+/// Reads `num_bytes` of a file from `offset` on, and hands them over in pieces of whole records.
 template <typename Consume>
 [[nodiscard]] Result<void> read_pieces(const std::filesystem::path& path, std::uint64_t offset,
                                        std::uint64_t num_bytes, std::size_t record_bytes,
@@ -93,8 +92,8 @@ template <typename Consume>
                   "; keep the output directory as it is while it is written");
 }
 
-/// Puts the mesh of the whole map together from the files of its submaps, so that no two meshes are
-/// in memory at once.
+/// Puts the mesh of the whole map together from the files of its submaps,
+/// so that no two meshes are in memory at once.
 [[nodiscard]] Result<void> join_parts(const std::filesystem::path& path,
                                       const std::vector<WrittenPart>& parts, PlyReal real) {
   PlyMeshSize size;

@@ -46,9 +46,8 @@ class MapQuery {
  public:
   explicit MapQuery(const MapView& map);
 
-  /// Each submap answers with the voxel that contains the point; what they know is added. Does not
-  /// allocate; O(submaps) with a box test for each, and a voxel look-up for those whose box
-  /// contains the point.
+  /// Each submap answers with the voxel that contains the point; what they know is added.
+  /// Does not allocate. O(submaps): a box test for each, and a voxel look-up inside its box.
   [[nodiscard]] QueryAnswer at(const Eigen::Vector3d& p_M) const;
 
  private:

@@ -21,8 +21,9 @@ constexpr int kKeyOffset = 1 << (kTreeDepth - 1);
 
 enum class TreeValues { kLogOdds, kState };
 
-/// An OctoMap that is filled block by block. A block of the grid is exactly a node three levels above the leaves; equal
-/// leaves are joined as soon as their block is written, so the tree hardly grows beyond its final size.
+/// An OctoMap that is filled block by block. A block of the grid is exactly a node three levels
+/// above the leaves; equal leaves are joined as soon as their block is written, so the tree hardly
+/// grows beyond its final size.
 class BlockTree : public octomap::OcTree {
  public:
   BlockTree(const MapInfo& info, TreeValues values)
@@ -51,8 +52,9 @@ class BlockTree : public octomap::OcTree {
     write_node(node, block, {0, 0, 0}, kBlockEdge);
   }
 
-  /// Joins equal nodes above the blocks, and gives the others the highest value of their children. Call once, at the
-  /// end. (OctoMap's own prune() stops at the first level from below where nothing is left to join.)
+  /// Joins equal nodes above the blocks, and gives the others the highest value of their children.
+  /// Call once, at the end. (OctoMap's own prune() stops at the first level from below where there
+  /// is nothing left to join.)
   void finish() {
     if (root != nullptr) finish_node(root, 0);
   }

@@ -10,12 +10,13 @@
 namespace cloister {
 namespace {
 
-// A cloud belongs to the node of its stamp; tools that write stamps as doubles are off by some 100 ns.
+// A cloud belongs to the node of its stamp; tools that write stamps as doubles miss by some 100 ns.
 constexpr std::int64_t kSameStampNs = 1'000'000;
 
 }  // namespace
 
-Result<std::unique_ptr<MissionReader>> MissionReader::open(const std::filesystem::path& path, const Config& config) {
+Result<std::unique_ptr<MissionReader>> MissionReader::open(const std::filesystem::path& path,
+                                                           const Config& config) {
   auto folder = open_mission(path);
   if (!folder) return tl::unexpected(folder.error());
   std::unique_ptr<MissionReader> reader(new MissionReader(std::move(*folder), config));
@@ -46,10 +47,13 @@ Result<void> MissionReader::open_files() {
 }
 
 std::size_t MissionReader::max_pixels() const {
-  return metadata_ ? geometry_.direction_L.size() : static_cast<std::size_t>(config_.scan.max_points);
+  return metadata_ ? geometry_.direction_L.size()
+                   : static_cast<std::size_t>(config_.scan.max_points);
 }
 
-std::size_t MissionReader::max_columns() const { return static_cast<std::size_t>(geometry_.num_columns); }
+std::size_t MissionReader::max_columns() const {
+  return static_cast<std::size_t>(geometry_.num_columns);
+}
 
 Result<MissionReader::Item> MissionReader::next(Scan& scan) {
   while (true) {
@@ -59,7 +63,8 @@ Result<MissionReader::Item> MissionReader::next(Scan& scan) {
       has_pending_ = *found;
     }
     const bool graph_is_due =
-        next_graph_ < folder_.graphs.size() && (!has_pending_ || folder_.graphs[next_graph_].stamp <= pending_.stamp);
+        next_graph_ < folder_.graphs.size() &&
+        (!has_pending_ || folder_.graphs[next_graph_].stamp <= pending_.stamp);
     if (graph_is_due) return read_graph();
     if (!has_pending_) return Item::kEnd;
     if (!place_by_node() && !place_by_odometry()) {
@@ -151,8 +156,9 @@ Result<MissionReader::Item> MissionReader::read_graph() {
 
 bool MissionReader::place_by_node() {
   if (pending_.kind != Scan::Kind::kCloud) return false;
-  const auto it = std::lower_bound(nodes_.begin(), nodes_.end(), SensorTime{pending_.stamp.ns - kSameStampNs},
-                                   [](const KnownNode& node, SensorTime stamp) { return node.stamp < stamp; });
+  const auto it =
+      std::lower_bound(nodes_.begin(), nodes_.end(), SensorTime{pending_.stamp.ns - kSameStampNs},
+                       [](const KnownNode& node, SensorTime stamp) { return node.stamp < stamp; });
   if (it == nodes_.end() || std::abs((it->stamp - pending_.stamp).ns) > kSameStampNs) return false;
   pending_.node = it->id;
   pending_.poses.assign(1, {pending_.stamp, T_B_L_});
@@ -174,14 +180,16 @@ bool MissionReader::place_by_odometry() {
       OdometryBuffer::Coverage::kCovered) {
     return false;
   }
-  auto newest = std::upper_bound(nodes_.begin(), nodes_.end(), pending_.stamp,
-                                 [](SensorTime stamp, const KnownNode& node) { return stamp < node.stamp; });
+  auto newest =
+      std::upper_bound(nodes_.begin(), nodes_.end(), pending_.stamp,
+                       [](SensorTime stamp, const KnownNode& node) { return stamp < node.stamp; });
   while (newest != nodes_.begin() && !std::prev(newest)->T_O_N) --newest;
   Pose T_R_O = Pose::Identity();
   pending_.node = kNoNode;
   if (newest == nodes_.begin()) {
     // All nodes with odometry are younger: the first of them is as good a reference.
-    newest = std::find_if(nodes_.begin(), nodes_.end(), [](const KnownNode& node) { return node.T_O_N.has_value(); });
+    newest = std::find_if(nodes_.begin(), nodes_.end(),
+                          [](const KnownNode& node) { return node.T_O_N.has_value(); });
   } else {
     --newest;
   }
@@ -203,7 +211,8 @@ std::int64_t MissionReader::num_scans_expected() const {
   constexpr std::size_t kFragmentBytes = 1480;
   constexpr std::size_t kOverheadBytes = 14 + 20 + 16;
   const auto packet_bytes = static_cast<std::size_t>(
-      packet_layout(metadata_->profile).packet_bytes(metadata_->num_beams, metadata_->columns_per_packet));
+      packet_layout(metadata_->profile)
+          .packet_bytes(metadata_->num_beams, metadata_->columns_per_packet));
   const std::size_t scan_bytes =
       static_cast<std::size_t>(metadata_->num_columns / metadata_->columns_per_packet) *
       (packet_bytes + (packet_bytes / kFragmentBytes + 1) * kOverheadBytes);

@@ -20,22 +20,26 @@
 
 namespace cloister {
 
-/// A recorded mission as the sequence a robot would have seen: scans with their poses, and graph snapshots between
-/// them, each before the first scan that is not older than it.
+/// A recorded mission as the sequence a robot would have seen: scans with their poses, and graph
+/// snapshots between them, each before the first scan that is not older than it.
 ///
-/// A scan is placed against the newest graph node whose odometry is known, or in O while there is none. A cloud whose
-/// node has its very stamp is placed by that node; without odometry it waits until a snapshot brings the node.
+/// A scan is placed by odometry, against a graph node whose own odometry is known: the newest that
+/// is not younger than the scan, else the oldest; in O while there is none. A cloud with the very
+/// stamp of a node is placed by that node; without odometry it waits for the snapshot that brings
+/// the node.
+///
 /// Threads: one at a time. Allocates.
 class MissionReader {
  public:
   enum class Item { kScan, kGraph, kEnd };
 
   /// Opens the folder and reads metadata and odometry. Fails with kInput, naming file and line.
-  [[nodiscard]] static Result<std::unique_ptr<MissionReader>> open(const std::filesystem::path& path,
-                                                                   const Config& config);
+  [[nodiscard]] static Result<std::unique_ptr<MissionReader>> open(
+      const std::filesystem::path& path, const Config& config);
 
-  /// Reads on. A scan is put into `scan` (which should be reserved by the members below), a graph is to be fetched
-  /// with `take_graph`. Scans without a pose are counted and passed over.
+  /// Reads on. A scan is put into `scan`, which should be reserved for `max_pixels()`,
+  /// `max_columns()` and `kMaxPoses`; a graph is to be fetched with `take_graph`. Scans without a
+  /// pose are counted and passed over. Fails with kInput, naming the file that cannot be read on.
   [[nodiscard]] Result<Item> next(Scan& scan);
   [[nodiscard]] std::unique_ptr<GraphRevision> take_graph() { return std::move(graph_); }
 
@@ -58,7 +62,8 @@ class MissionReader {
   [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:
-  MissionReader(MissionFolder folder, const Config& config) : folder_(std::move(folder)), config_(config) {}
+  MissionReader(MissionFolder folder, const Config& config)
+      : folder_(std::move(folder)), config_(config) {}
 
   [[nodiscard]] Result<void> open_files();
   [[nodiscard]] Result<bool> read_scan();

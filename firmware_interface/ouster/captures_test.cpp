@@ -1,4 +1,5 @@
-// Every capture of test/data/ouster_captures, from file to scans, against published digests and exact counts.
+// Every capture of test/data/ouster_captures, from file to scans,
+// against published digests and exact counts.
 
 #include <algorithm>
 #include <filesystem>

@@ -23,10 +23,15 @@ struct Ipv4Fragment {
 /// Puts fragmented datagrams together (RFC 791), within fixed bounds.
 ///
 /// Memory: `kMaxDatagrams` buffers of 64 KiB, taken at construction; when all are in use, the one
-/// begun first is given up. Age: fragments more than `kMaxAgeNs` apart do not belong together, since
-/// ids come round within a minute. A fragment that repeats one that is held replaces it. A first
-/// fragment that differs from the one held, or any that contradicts what is held (partial overlap,
-/// another end), begins the datagram anew: its id has been used again, what was held is a stray.
+/// begun first is given up.
+///
+/// Age: fragments more than `kMaxAgeNs` apart do not belong together, since ids come round within a
+/// minute.
+///
+/// Repeats: a fragment that repeats one that is held replaces it. A first fragment that differs
+/// from the one held, or any that contradicts what is held (partial overlap, another end), begins
+/// the datagram anew: its id has been used again, what was held is a stray.
+///
 /// Every datagram given up is counted.
 ///
 /// Threads: one at a time. Real-time: no allocation after construction.

@@ -18,9 +18,11 @@ namespace cloister {
 /// The line, counted from 1, that holds a byte of a text.
 [[nodiscard]] int line_of_byte(std::string_view text, std::size_t byte);
 
-/// Reads the fields of a metadata file one by one and remembers the first that is wrong; every read after that is
-/// harmless. A field is looked for in several sections, since the forms keep it in different places; "" is the top
-/// level. A field that is absent or null is nothing, or an empty list.
+/// Reads the fields of a metadata file one by one and remembers the first that is wrong; every read
+/// after that is harmless.
+///
+/// A field is looked for in several sections, since the forms keep it in different places; "" is
+/// the top level. A field that is absent or null is nothing, or an empty list.
 class MetadataReader {
  public:
   using Sections = std::initializer_list<const char*>;
@@ -31,7 +33,7 @@ class MetadataReader {
 
   [[nodiscard]] const std::optional<Error>& error() const { return error_; }
 
-  /// Notes that a field is wrong, as "file:line: key[index] what", unless something was wrong before.
+  /// Notes that a field is wrong, as "file:line: key[index] what", unless one was wrong before.
   void refuse(std::string_view key, const std::string& what, const std::string& index = "");
 
   [[nodiscard]] bool has(std::string_view key, Sections sections) const {

@@ -24,7 +24,8 @@ Eigen::Vector3d point_of(const ScanGeometry& geometry, int beam, int column, dou
          range_m * geometry.direction_L[pixel].cast<double>();
 }
 
-// The manual's formula, one line after the other, for a sensor whose frame is half a turn from the lidar's.
+// The manual's formula, one line after the other,
+// for a sensor whose frame is half a turn from the lidar's.
 Eigen::Vector3d by_the_manual(double azimuth_deg, double altitude_deg, int column, int num_columns,
                               double range_m, double origin_m, double height_m) {
   const double pi = std::numbers::pi;
@@ -142,7 +143,7 @@ TEST_CASE("shifting rows by the stated pixel shift lines their azimuths up") {
     CAPTURE(file);
     const SensorMetadata metadata = metadata_of(file);
     const double column_rad = 2.0 * std::numbers::pi / metadata.num_columns;
-    // Row i's column c lands in column c + shift: its azimuth less the shift is the same for all rows.
+    // Row i's column c lands in column c + shift: azimuth less shift is the same for all rows.
     double smallest = 1e9;
     double largest = -1e9;
     for (int beam = 0; beam < metadata.num_beams; ++beam) {

@@ -7,12 +7,12 @@ namespace {
 
 constexpr std::uint64_t kLidarPacketType = 1;
 
-// 146 years after either epoch: a stamp past it is garbage, and below it differences of stamps
-// cannot overflow.
+// 146 years after either epoch: a stamp past it is garbage,
+// and below it differences of stamps cannot overflow.
 constexpr std::uint64_t kMaxStampNs = 1ULL << 62;
 
-// Beams outside, columns inside: a packet's columns are neighbours in the scan, so that each row is
-// written as a run.
+// Beams outside, columns inside: a packet's columns are neighbours in the scan,
+// so that each row is written as a run.
 template <typename Word>
 void copy_words(const std::byte* first_pixel, int column_bytes, int pixel_bytes, int num_beams,
                 const PacketField& field, std::span<const int> packet_columns,

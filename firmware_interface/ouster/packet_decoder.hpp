@@ -20,10 +20,10 @@ struct PacketHeader {
 /// What one column of a packet says about itself.
 struct ColumnHeader {
   SensorTime stamp;
-  int measurement_id =
-      0;  ///< the column's place in the revolution; not checked against the lidar mode
-  bool valid =
-      false;  ///< marked valid by the sensor, with a possible stamp and the packet's own frame id
+  /// The column's place in the revolution; not checked against the lidar mode.
+  int measurement_id = 0;
+  /// Marked valid by the sensor, with a possible stamp and the packet's own frame id.
+  bool valid = false;
 };
 
 /// Reads the fields of lidar packets of one profile and size.

@@ -24,8 +24,7 @@ enum class UdpProfile {
 /// One little-endian number inside a packet: `(word(bytes at offset) & mask) << shift`.
 struct PacketField {
   int offset = 0;  ///< bytes from the start of the packet, column or pixel it belongs to
-  int bytes =
-      0;  ///< width of the word that is loaded, 1 to 8; 0 = the profile does not have the field
+  int bytes = 0;   ///< width of the word that is loaded, 1 to 8; 0: the profile has no such field
   std::uint64_t mask = 0;
   int shift = 0;
 
@@ -48,8 +47,8 @@ struct PacketLayout {
   int column_footer_bytes;
   int pixel_bytes;
 
-  // From the start of the packet. LEGACY has no packet header: the frame id is that of the first
-  // column.
+  // From the start of the packet.
+  // LEGACY has no packet header: the frame id is that of the first column.
   PacketField packet_type;  ///< 1 for a lidar packet
   PacketField frame_id;
   PacketField init_id;
@@ -60,8 +59,8 @@ struct PacketLayout {
   PacketField measurement_id;
   PacketField column_frame_id;  ///< LEGACY only: each column repeats it
 
-  // From the start of the column, or of its footer when it has one. The column is valid when all
-  // bits of the mask are set.
+  // From the start of the column, or of its footer when it has one.
+  // The column is valid when all bits of the mask are set.
   PacketField status;
 
   // From the start of a pixel. Dual profiles: the first return, the stronger one.
@@ -183,8 +182,7 @@ inline constexpr std::array<PacketLayout, 5> kPacketLayouts = {{
   return std::nullopt;
 }
 
-/// A packet of the sensor's inertial unit (legacy IMU profile), which may arrive on the lidar's
-/// port.
+/// A packet of the sensor's inertial unit (legacy IMU profile), which may come to the lidar's port.
 inline constexpr int kImuPacketBytes = 48;
 
 }  // namespace cloister

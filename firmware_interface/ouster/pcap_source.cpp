@@ -25,8 +25,8 @@ std::uint32_t load_u32(std::span<const std::byte> bytes, std::size_t offset) {
   return (static_cast<std::uint32_t>(load_u16(bytes, offset)) << 16) | load_u16(bytes, offset + 2);
 }
 
-// A link type's header: its length, and where its ethertype lies. Without one, the IP version
-// tells.
+// A link type's header: its length, and where its ethertype lies.
+// Without one, the IP version tells.
 struct LinkHeader {
   int type;
   std::size_t header_bytes;
@@ -51,8 +51,7 @@ bool is_vlan_tag(std::uint16_t ethertype) {
   return ethertype == 0x8100 || ethertype == 0x88a8 || ethertype == 0x9100;
 }
 
-// Capture files can state any time; one that nanoseconds cannot hold is pinned to the range that
-// they can.
+// Capture files can state any time; what nanoseconds cannot hold is pinned to the range they can.
 std::int64_t to_nanoseconds(const timeval& time) {
   const std::int64_t seconds = std::clamp<std::int64_t>(time.tv_sec, 0, 9'000'000'000);
   return seconds * 1'000'000'000 + std::clamp<std::int64_t>(time.tv_usec, 0, 999'999'999);
@@ -195,8 +194,7 @@ bool PcapSource::parse_ipv4(std::span<const std::byte> packet, std::int64_t capt
   }
   const std::size_t header_bytes = 4 * (std::to_integer<std::size_t>(packet[0]) & 0xf);
   std::size_t total_bytes = load_u16(packet, 2);
-  // A network card that cuts large packets itself leaves the length to be filled in: 0 in the
-  // capture.
+  // A network card that cuts large packets itself fills in their lengths: 0 in the capture.
   if (total_bytes == 0) total_bytes = packet.size();
   if (header_bytes < kIpv4HeaderBytes || total_bytes < header_bytes) {
     counters_.add(CaptureCause::kMalformedHeader);

@@ -49,21 +49,22 @@ constexpr std::array<CounterName, 10> counter_names(CaptureCause) {
 
 /// Reads the UDP datagrams of a packet capture: pcap and pcapng; Ethernet (with VLAN tags), Linux
 /// cooked v1 and v2, loopback and raw IP; IPv4, whole or fragmented. Anything else is skipped and
-/// counted. Threads: one at a time. Real-time: no allocation of its own after it has been opened.
+/// counted.
+///
+/// Threads: one at a time. Real-time: no allocation of its own after it has been opened.
 class PcapSource {
  public:
-  /// Fails with kInput, naming the file, when it is missing, empty, not a capture or of a link type
-  /// not listed above.
+  /// Fails with kInput, naming the file, when it is missing, empty, not a capture,
+  /// or of a link type not listed above.
   [[nodiscard]] static Result<PcapSource> open(const std::filesystem::path& path);
-  /// Reads a capture that lies in memory; `bytes` must outlive the source. `name` stands for the
-  /// path in messages.
+  /// Reads a capture that lies in memory; `bytes` must outlive the source.
+  /// `name` stands for the path in messages.
   [[nodiscard]] static Result<PcapSource> from_memory(std::span<const std::byte> bytes,
                                                       std::string name);
 
   /// Finds the next datagram; its payload is valid until the next call.
   /// @return true, or false at the end of the capture; kInput, with the byte, where the file is
-  /// corrupt. A file that
-  ///         stops inside its last record ends there, and `warning()` tells.
+  ///         corrupt. A file that stops inside its last record ends there, and `warning()` tells.
   [[nodiscard]] Result<bool> next(UdpDatagram& datagram);
 
   /// One line about a capture that was cut off, once its end has been reached.

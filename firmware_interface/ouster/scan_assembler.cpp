@@ -6,8 +6,7 @@
 namespace cloister {
 namespace {
 
-// A packet is late by a few others at most; a frame that has seen this share of the next one is
-// done.
+// A packet is late by a few others at most: a frame is done once 1/8 of the next one is here.
 constexpr int kLateShare = 8;
 
 }  // namespace
@@ -95,8 +94,8 @@ bool ScanAssembler::is_ours(const UdpDatagram& datagram, const PacketHeader& hea
   return true;
 }
 
-// A sensor's packet holds neighbouring columns in the order they were fired, at least one of them
-// valid.
+// A sensor's packet holds neighbouring columns in the order they were fired,
+// at least one of them valid.
 bool ScanAssembler::is_plausible() const {
   int expected_id = columns_.front().measurement_id;
   SensorTime last;
@@ -245,8 +244,7 @@ void ScanAssembler::close(int& frame_idx) {
   waiting_[static_cast<std::size_t>(num_waiting_++)] = closed;
 }
 
-// Two open, three waiting, five in all: a frame that is neither is left when another is to be
-// opened.
+// Two open, three waiting, five in all: as opening closes one first, there is always a free one.
 int ScanAssembler::free_frame() {
   const auto is_waiting = [this](int frame_idx) {
     return std::find(waiting_.begin(), waiting_.begin() + num_waiting_, frame_idx) !=

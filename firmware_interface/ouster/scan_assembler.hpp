@@ -89,8 +89,9 @@ constexpr std::array<CounterName, 22> counter_names(StreamCause) {
 /// Which column: by measurement id. A column is taken once: later copies are counted and dropped.
 /// One that the sensor marks invalid counts as arrived, and gives way to a valid copy.
 ///
-/// A scan's `stamp` is that of its last valid column. Scans of which no column is valid do not
-/// leave. Threads: one at a time. Real-time: no allocation, lock or system call after construction;
+/// A scan's `stamp` is that of its last valid column. Scans without a valid column do not leave.
+///
+/// Threads: one at a time. Real-time: no allocation, lock or system call after construction;
 /// O(packet) per push.
 class ScanAssembler {
  public:
@@ -100,8 +101,7 @@ class ScanAssembler {
 
   /// Takes in one datagram, whatever it is; every loss is counted under its cause.
   /// @return true when at least one scan can be taken. At most three scans wait: take them before
-  /// the next push, or the
-  ///         oldest is dropped and counted.
+  ///         the next push, or the oldest is dropped and counted.
   bool push(const UdpDatagram& datagram);
 
   /// Closes the frames that are still open: the stream has ended or fallen silent.
@@ -121,8 +121,8 @@ class ScanAssembler {
 
  private:
   static constexpr int kNone = -1;
-  static constexpr int kMaxWaiting =
-      3;  // what one push can close: both open frames, and the one it completes
+  // What one push can close: both open frames, and the one it completes.
+  static constexpr int kMaxWaiting = 3;
   static constexpr int kNumFrames = kMaxWaiting + 2;
 
   struct Frame {
@@ -175,8 +175,8 @@ class ScanAssembler {
   std::uint64_t next_scan_ = 0;
 
   std::vector<ColumnHeader> columns_;  // of the packet at hand
-  std::vector<int> packet_columns_;    // scratch of fill(): columns of the packet to be copied,
-  std::vector<int> scan_columns_;      // and where they go
+  std::vector<int> packet_columns_;    // scratch of fill(): columns of the packet to be copied
+  std::vector<int> scan_columns_;      // scratch of fill(): where they go
   Counters<StreamCause> counters_;
 };
 

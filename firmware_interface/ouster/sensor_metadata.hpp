@@ -28,8 +28,8 @@ struct ColumnWindow {
   }
 };
 
-/// What the sensor says about itself and its packets. SI units; angles as the sensor counts them
-/// (see ouster_geometry).
+/// What the sensor says about itself and its packets.
+/// SI units; angles as the sensor counts them (see make_geometry).
 struct SensorMetadata {
   std::string product_line;               ///< "OS-1-64"; empty when not stated
   std::uint64_t serial_number = 0;        ///< 0 when not stated
@@ -39,8 +39,7 @@ struct SensorMetadata {
   int num_beams = 0;                      ///< 16, 32, 64 or 128, the length of the beam tables
   std::vector<double> beam_altitude_rad;  ///< [num_beams], from the top down, up positive
   std::vector<double> beam_azimuth_rad;   ///< [num_beams], offset from the encoder's angle
-  std::vector<int>
-      pixel_shift;  ///< [num_beams], columns by which a row is moved to align its azimuths
+  std::vector<int> pixel_shift;           ///< [num_beams], columns a row moves to align azimuths
   int columns_per_packet = 16;
   ColumnWindow column_window;
   UdpProfile profile = UdpProfile::kLegacy;
@@ -51,19 +50,24 @@ struct SensorMetadata {
   Pose T_sensor_lidar = Pose::Identity();
 };
 
-/// Reads a sensor's metadata: the flat form, the reduced one (beam tables and mode only), the nested.
+/// Reads a sensor's metadata: the flat form, the reduced one (only beam tables and mode), or the
+/// nested one.
 ///
 /// What a file may leave out (a null stands for that too), and what is taken instead:
-/// - columns_per_packet: 16
-/// - column_window: the whole revolution
-/// - udp_profile_lidar: LEGACY
-/// - udp_port_lidar, udp_port_imu: 7502, 7503
-/// - pixel_shift_by_row: the azimuth table in columns, rounded, its smallest entry made 0
-/// - lidar_origin_to_beam_origin_mm: by prod_line, OS-0 27.67, OS-1 15.806, OS-2 13.762; 12.163 (the
-///   first generation's OS1) where no product line is stated
-/// - beam_to_lidar_transform: a shift by lidar_origin_to_beam_origin_mm along x
-/// - lidar_to_sensor_transform: half a turn about z, and 36.18 mm up
-/// - prod_sn, initialization_id: not known; the sensor is told from others by its address alone
+///
+/// | field                            | taken instead                                             |
+/// |----------------------------------|-----------------------------------------------------------|
+/// | `columns_per_packet`             | 16                                                        |
+/// | `column_window`                  | the whole revolution                                      |
+/// | `udp_profile_lidar`              | LEGACY                                                    |
+/// | `udp_port_lidar`, `udp_port_imu` | 7502, 7503                                                |
+/// | `pixel_shift_by_row`             | the azimuths in columns, rounded, the smallest made 0     |
+/// | `lidar_origin_to_beam_origin_mm` | by `prod_line`: OS-0 27.67, OS-1 15.806, OS-2 13.762;     |
+/// |                                  | else 12.163, the first generation's OS1                   |
+/// | `beam_to_lidar_transform`        | a shift by `lidar_origin_to_beam_origin_mm` along x       |
+/// | `lidar_to_sensor_transform`      | half a turn about z, and 36.18 mm up                      |
+/// | `prod_line`                      | empty                                                     |
+/// | `prod_sn`, `initialization_id`   | 0; the sensor is told from others by its address alone    |
 ///
 /// @param json       the file's text
 /// @param file_name  for messages

@@ -26,8 +26,8 @@ struct Panel {
 
 constexpr double kUpperTop = 34, kUpperBottom = 146, kLowerTop = 196, kLowerBottom = 308;
 
-// 1, 2 or 5 times a power of ten, so that about `count` steps make up the range; whole numbers if
-// asked.
+// 1, 2 or 5 times a power of ten, so that about `count` steps make up the range;
+// whole numbers if asked.
 double tick_step(double range, int count, bool whole = false) {
   const double raw = std::max(range / count, 1e-9);
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
@@ -115,7 +115,8 @@ void put_time_axis(std::string& out, const TimeAxis& axis) {
 
 // ---- timing histograms ----
 
-// A logarithmic axis over whole bins that holds every duration: some two dozen bins, however wide the range.
+// A logarithmic axis over whole bins that holds every duration:
+// some two dozen bins, however wide the range.
 struct LogAxis {
   int bins_per_decade = 10;
   int first = 0, last = 0;  // bins; bin k spans 10^(k / bins_per_decade) ms and the next

@@ -6,8 +6,7 @@
 
 namespace cloister {
 
-/// The whole configuration as nested JSON, keys named as in the config file and in their order
-/// there.
+/// The whole configuration as nested JSON, keys named and ordered as in the config file.
 [[nodiscard]] nlohmann::ordered_json config_json(const Config& config);
 
 }  // namespace cloister

@@ -31,8 +31,8 @@ namespace cloister {
 /// that are not UTF-8.
 [[nodiscard]] std::string escape_xml(std::string_view text);
 
-/// Appends pieces one after another; a floating-point number gets two decimals at most, as
-/// coordinates need.
+/// Appends pieces one after another; a floating-point number gets at most two decimals, as
+/// coordinates in a drawing need.
 template <typename... Pieces>
 void put(std::string& out, const Pieces&... pieces) {
   const auto one = [&out](const auto& piece) {

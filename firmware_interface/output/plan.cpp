@@ -10,8 +10,7 @@
 namespace cloister {
 namespace {
 
-constexpr double kFloorBelow_m =
-    0.15;  // further under the ground is the ceiling of the storey below
+constexpr double kFloorBelow_m = 0.15;  // further down is the ceiling of the storey below
 constexpr double kFloorAbove_m = 0.3;
 constexpr double kWallTop_m = 2.0;
 constexpr double kMargin_m = 1.0;
@@ -36,8 +35,7 @@ void for_each_surface_point(const MissionRecord& record, const Visit& visit) {
   }
 }
 
-// From the sensor down to the ground: the commonest difference between the path and what lies under
-// it.
+// From the sensor down to the ground: the commonest difference between path and what lies below.
 double carrying_height_m(const MissionRecord& record, const std::vector<GroundLevel>& levels) {
   constexpr double kLowest_m = 0.2, kBin_m = 0.1;
   struct Bin {
@@ -116,8 +114,7 @@ std::size_t rasterise(const std::vector<PlanPoint>& points, double cell_m, Plan&
       (p.part == Part::kFloor ? floor : walls).push_back({p.x_M, p.y_M, p.submap});
     }
     StoreyPlan& storey = plan.storeys[s];
-    // The floor is a wash behind the walls: coarser, and with the holes between the sensor's rings
-    // closed.
+    // The floor is a wash behind the walls: coarser, the holes between the sensor's rings closed.
     storey.floor = make_layer(floor, plan.min_M, plan.max_M, 2 * cell_m);
     fill_holes(storey.floor, 4);
     smooth_owners(storey.floor, 4);

@@ -15,8 +15,8 @@ namespace cloister {
 struct PlanLayer {
   double cell_m = 0;
   int columns = 0, rows = 0;  ///< row 0 is the south (smallest y)
-  std::vector<std::int32_t>
-      owner;  ///< [rows x columns], index into MissionRecord::submaps, -1 for none
+  /// [rows x columns], index into MissionRecord::submaps, -1 for none.
+  std::vector<std::int32_t> owner;
 };
 
 /// A rectangle of cells with one owner.
@@ -36,16 +36,15 @@ struct StoreyPlan {
   PlanLayer walls;            ///< what stands 0.3 to 2 m above it
   std::vector<Label> labels;  ///< one a submap at most, the large ones first
   std::vector<std::vector<Eigen::Vector2d>> path_M;  ///< where the sensor went, in pieces
-  std::optional<Eigen::Vector2d> start_M,
-      end_M;  ///< of the whole path, where they are on this storey
+  /// Ends of the whole path, where they are on this storey.
+  std::optional<Eigen::Vector2d> start_M, end_M;
 };
 
-/// What a mission's map looks like from above, a drawing per storey, all with one frame and one
-/// scale.
+/// What a mission's map looks like from above, a drawing per storey, all in one frame and scale.
 struct Plan {
+  /// The frame of the drawings; the corners are equal when there is nothing to draw.
   Eigen::Vector2d min_M = Eigen::Vector2d::Zero();
-  Eigen::Vector2d max_M =
-      Eigen::Vector2d::Zero();      ///< equal to min_M when there is nothing to draw
+  Eigen::Vector2d max_M = Eigen::Vector2d::Zero();
   std::vector<StoreyPlan> storeys;  ///< bottom up
   [[nodiscard]] bool is_empty() const { return max_M.x() <= min_M.x(); }
 };
@@ -55,8 +54,8 @@ struct Plan {
 /// the place: the drawing stays small.
 [[nodiscard]] Plan make_plan(const MissionRecord& record);
 
-/// The cells of a layer merged into rectangles: runs along a row, stacked where the next row has
-/// the same run.
+/// The cells of a layer merged into rectangles: runs along a row,
+/// stacked where the next row has the same run.
 [[nodiscard]] std::vector<PlanRectangle> merge_cells(const PlanLayer& layer);
 
 }  // namespace cloister

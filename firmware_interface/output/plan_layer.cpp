@@ -168,8 +168,8 @@ std::vector<LayerRegion> find_regions(const PlanLayer& floor, const PlanLayer& w
 
 std::vector<PlanRectangle> merge_cells(const PlanLayer& layer) {
   std::vector<PlanRectangle> rectangles;
-  std::map<std::pair<int, int>, std::size_t>
-      open;  // (column, width) of a run in the row below -> its rectangle
+  // (column, width) of a run in the row below -> its rectangle
+  std::map<std::pair<int, int>, std::size_t> open;
   for (int row = 0; row < layer.rows; ++row) {
     std::map<std::pair<int, int>, std::size_t> still_open;
     for (int column = 0; column < layer.columns;) {

@@ -18,16 +18,17 @@ struct LayerPoint {
                                    const Eigen::Vector2d& min_M, const Eigen::Vector2d& max_M,
                                    double cell_m);
 
-/// Gives empty cells with five or more taken neighbours of eight to the owner of most of them,
-/// `passes` times over.
+/// Gives empty cells, five or more of whose eight neighbours are taken, to the owner of most of
+/// these; repeated `passes` times.
 void fill_holes(PlanLayer& layer, int passes);
 
-/// Gives empty cells between two cells of one owner, side by side or one above the other, to that
-/// owner.
+/// Gives each empty cell between two cells of one owner, left and right or above and below, to
+/// that owner.
 void close_gaps(PlanLayer& layer);
 
-/// Gives each taken cell to whoever owns most of the square of `radius` cells around it, its own owner first among equals:
-/// where submaps overlap, areas instead of speckle. No cell is taken or freed.
+/// Gives each taken cell to whoever owns most of the square of `radius` cells around it, its own
+/// owner first among equals: where submaps overlap, areas instead of speckle.
+/// No cell is taken or freed.
 void smooth_owners(PlanLayer& layer, int radius);
 
 /// How much of a layer a submap has, and a point deep inside the largest part of it.
@@ -36,8 +37,8 @@ struct LayerRegion {
   Eigen::Vector2d inside_m = Eigen::Vector2d::Zero();  ///< from the layer's corner
 };
 
-/// One region per submap, in cells of `floor`. Submaps without a floor are found by their walls, a
-/// quarter cell each.
+/// One region per submap, in cells of `floor`.
+/// Submaps without a floor are found by their walls, a quarter cell each.
 [[nodiscard]] std::vector<LayerRegion> find_regions(const PlanLayer& floor, const PlanLayer& walls,
                                                     std::size_t num_submaps);
 

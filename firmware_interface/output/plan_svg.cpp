@@ -33,8 +33,8 @@ struct Paper {
 // Layer cells as one path per submap, in units of a cell so that all numbers are short integers.
 void put_layer(std::string& out, const MissionRecord& record, const PlanLayer& layer,
                const Paper& paper, double opacity) {
-  std::map<std::int32_t, std::pair<std::string, std::pair<int, int>>>
-      paths;  // and where each pen is
+  // By owner: its path, and where the pen is.
+  std::map<std::int32_t, std::pair<std::string, std::pair<int, int>>> paths;
   for (const PlanRectangle& r : merge_cells(layer)) {
     auto& [path, pen] = paths[r.owner];
     const std::pair<int, int> corner(r.column, -r.row);

@@ -11,8 +11,8 @@ namespace cloister {
 /// SVG without external references, light or dark as the viewer prefers.
 [[nodiscard]] std::string plan_svg(const MissionRecord& record);
 
-/// One storey as an <svg> element of 1000 units width for a page that styles the classes `path`,
-/// `mark`, `halo`, `rule` and `label` (see report_style.hpp).
+/// One storey as an <svg> element, 1000 units wide, for a page that styles the classes `path`,
+/// `start`, `end`, `label`, `rule` and `mark` (see report_style.hpp).
 [[nodiscard]] std::string storey_svg(const MissionRecord& record, const Plan& plan,
                                      std::size_t storey);
 

@@ -8,16 +8,13 @@ namespace cloister {
 namespace {
 
 constexpr double kMaxCoordinate_m = 1e7;  // further out is no place but an error
-constexpr double kStep_m =
-    0.2;  // path points are at least this far apart, so that length counts, not time
-constexpr double kBin_m = 0.2;        // of the histogram of heights
-constexpr double kMinStorey_m = 1.5;  // between the sensor's heights on two levels
-constexpr double kMaxDip =
-    0.4;  // of the lower of two peaks: more path than this between them joins them
-constexpr double kLevelBand_m = 0.25;  // path further than this from a level's height is stairs
-constexpr double kFootprint_m = 2.0;   // cell in which two levels are compared
-constexpr double kMinShared =
-    0.1;  // of the smaller footprint: less does not count as one above the other
+constexpr double kStep_m = 0.2;           // between path points, so that length counts, not time
+constexpr double kBin_m = 0.2;            // of the histogram of heights
+constexpr double kMinStorey_m = 1.5;      // between the sensor's heights on two levels
+constexpr double kMaxDip = 0.4;           // of the lower of two peaks: more path between joins them
+constexpr double kLevelBand_m = 0.25;     // path further than this from a level's height is stairs
+constexpr double kFootprint_m = 2.0;      // cell in which two levels are compared
+constexpr double kMinShared = 0.1;        // of the smaller footprint: less is not one above another
 
 using Points = std::vector<Eigen::Vector3d>;
 
@@ -31,8 +28,8 @@ Points resample(const std::vector<std::pair<SensorTime, Pose>>& path_M) {
   return points;
 }
 
-// How much path there is at each height: bin k is centred at low + k * kBin_m, smoothed over five
-// bins.
+// How much path there is at each height, smoothed over five bins.
+// Bin k is centred at low_m + k * kBin_m.
 struct HeightProfile {
   double low_m = 0;
   std::vector<double> weight;
@@ -58,8 +55,8 @@ struct HeightProfile {
   }
 };
 
-// Bins of the peaks that stay when those too close to, or not clearly apart from, a higher
-// neighbour are taken away.
+// Bins of the peaks that stay when those too close to a higher neighbour, or not clearly apart from
+// it, are taken away.
 std::vector<std::size_t> find_peaks(const std::vector<double>& weight) {
   std::vector<std::size_t> peaks;
   for (std::size_t k = 1; k + 1 < weight.size(); ++k) {
@@ -125,8 +122,7 @@ Storeys find_storeys(const std::vector<std::pair<SensorTime, Pose>>& path_M) {
   const HeightProfile profile(points);
   const std::vector<std::size_t> peaks = find_peaks(profile.weight);
 
-  // Levels bottom up, and the height above which the next one begins: the lowest dip between their
-  // peaks.
+  // Levels bottom up, and the height above which the next one begins: the lowest dip between peaks.
   std::vector<double> ceilings_m;
   for (std::size_t i = 0; i + 1 < peaks.size(); ++i) {
     const auto dip =
@@ -176,8 +172,8 @@ GroundLevel::GroundLevel(const Storey& storey, const Eigen::Vector2d& min_M,
   z_.assign(static_cast<std::size_t>(columns_) * rows_, storey.sensor_z_m);
   near_.assign(z_.size(), 0);
 
-  // Brute force over a path thinned to a thousand points or two: 40 thousand cells at the very most. The median of the
-  // nearest stretch, not its nearest point, since that may be the first steps of the stairs.
+  // Brute force over a path thinned to a thousand points or two; some 40 thousand cells at most.
+  // The median of the nearest stretch, not the nearest point, which may be on the stairs already.
   const std::size_t stride = storey.level_M.size() / 1000 + 1;
   std::vector<double> distances_m, stretch_z;
   for (std::size_t i = 0; i < z_.size() && !storey.level_M.empty(); ++i) {

@@ -14,8 +14,8 @@ namespace cloister {
 /// One level of a mission: the part of the path that was walked on it.
 struct Storey {
   double sensor_z_m = 0;  ///< median height of the sensor while on it, in M
-  std::vector<Eigen::Vector3d>
-      level_M;  ///< path on the level itself, stairs left out, a point every 0.2 m or more
+  /// Path on the level itself, stairs left out, a point every 0.2 m or more.
+  std::vector<Eigen::Vector3d> level_M;
 };
 
 /// The levels of a path and which of them each pose belongs to.

@@ -9,8 +9,7 @@
 namespace cloister {
 namespace {
 
-// From Oklab (Ottosson 2020), where equal steps look equal; nothing when sRGB does not have the
-// colour.
+// From Oklab (Ottosson 2020), where equal steps look equal; nothing when sRGB lacks the colour.
 std::optional<Rgb> srgb_from_oklch(double lightness, double chroma, double hue_rad) {
   const double a = chroma * std::cos(hue_rad);
   const double b = chroma * std::sin(hue_rad);

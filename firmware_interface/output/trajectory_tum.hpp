@@ -9,9 +9,9 @@
 
 namespace cloister {
 
-/// The text of trajectory.tum: a comment, then `t x y z qx qy qz qw` a pose, t in seconds with
-/// exactly nine decimals, metres and unit quaternions in the shortest form that reads back to the
-/// same double.
+/// The text of trajectory.tum: a comment, then a line `t x y z qx qy qz qw` for each pose; t in
+/// seconds with exactly nine decimals, metres and unit quaternions in the shortest form that reads
+/// back to the same double.
 [[nodiscard]] std::string trajectory_tum(const std::vector<std::pair<SensorTime, Pose>>& path_M);
 
 }  // namespace cloister

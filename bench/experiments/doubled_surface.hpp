@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+
+#include "bench/ground_truth/truth.hpp"
+#include "bench/simulate/ray_scene.hpp"
+#include "mapping/core/pose.hpp"
+
+namespace cloister {
+
+/// How much of a mesh is drawn twice.
+struct DoubledSurface {
+  std::size_t samples = 0;
+  std::size_t doubled = 0;
+
+  [[nodiscard]] double share() const {
+    return samples == 0 ? 0.0 : static_cast<double>(doubled) / static_cast<double>(samples);
+  }
+};
+
+/// Finds points of the mesh that belong to one of two parallel sheets where the truth has one.
+///
+/// From every sampled point a ray follows the normal, and one its opposite, for a second sheet 5 to 50 cm away that
+/// looks the same way (within 25 degrees): a thin wall's two faces look opposite ways and are not a pair. If the truth
+/// has a surface for each sheet, both are near it; if both stand for one surface, their distances from the truth
+/// differ by the gap, or add up to it. So a pair counts as doubled when one of its sheets is further from the truth
+/// than 5 cm and than 0.45 of the gap, and the other one within half a metre of it.
+/// @param mesh_M  corners counter-clockwise seen from free space
+/// Errors: those of RayScene::build
+[[nodiscard]] Result<DoubledSurface> find_doubled_surface(const TriangleMesh& mesh_M,
+                                                          const Pose& T_W_M,
+                                                          const RayScene& truth_W,
+                                                          std::size_t samples, std::uint64_t seed);
+
+}  // namespace cloister

@@ -1,0 +1,199 @@
+#include "bench/experiments/experiment.hpp"
+
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+
+#include "bench/experiments/child_program.hpp"
+#include "bench/experiments/doubled_surface.hpp"
+#include "bench/experiments/json_file.hpp"
+#include "bench/experiments/pair_doubt.hpp"
+#include "bench/experiments/rounds.hpp"
+#include "bench/ground_truth/alignment.hpp"
+#include "bench/simulate/number_text.hpp"
+#include "bench/simulate/ply_file.hpp"
+
+namespace cloister {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kDoublingSamples = 200'000;
+
+struct Folders {
+  fs::path home, mission, ours, baseline;
+};
+
+/// Runs one step, its output beside the results.
+Result<void> step(const Folders& folders, const std::string& name,
+                  const std::vector<std::string>& words) {
+  std::fprintf(stderr, "%s: %s\n", folders.home.filename().c_str(), name.c_str());
+  return run_program(words, folders.home / (name + ".out"), folders.home / (name + ".log"));
+}
+
+Result<void> run_programs(const ExperimentOptions& options, const Folders& folders,
+                          const Experiment& experiment) {
+  const auto program = [&](const char* name) { return (options.programs / name).string(); };
+  std::vector<std::string> simulate = {
+      program("cloister-simulate"), experiment.world, "--out",
+      folders.mission.string(),     "--seed",         std::to_string(experiment.seed)};
+  if (options.minutes > 0.0) {
+    simulate.emplace_back("--minutes");
+    append_number(options.minutes, &simulate.emplace_back());
+  }
+  const std::string mission = folders.mission.string();
+  const std::string ours = folders.ours.string();
+  const std::pair<const char*, std::vector<std::string>> steps[] = {
+      {"simulate", simulate},
+      {"replay", {program("cloister"), "replay", mission, "--out", ours}},
+      {"baseline",
+       {program("cloister"), "replay", mission, "--out", folders.baseline.string(), "--baseline"}},
+      {"ground_truth",
+       {program("cloister-ground-truth"), mission, ours, "--cloister", program("cloister")}},
+      {"final_map",
+       {program("cloister-bench-final-map"), mission, ours, "--returns",
+        (folders.home / "returns.f32").string()}},
+  };
+  for (const auto& [name, words] : steps) {
+    if (const auto done = step(folders, name, words); !done) return done;
+  }
+  return {};
+}
+
+Result<void> read_judgement(const Folders& folders, Experiment* experiment) {
+  auto file = JsonFile::open(folders.home / "ground_truth.out");
+  if (!file) return tl::unexpected(file.error());
+  const auto real = [&](const char* at) { return file->number<double>(at); };
+  experiment->trajectory_rms_m = real("/trajectory/rms_m");
+  experiment->mesh = {real("/mesh/within_5cm"), real("/mesh/within_10cm"),
+                      real("/mesh/within_25cm")};
+  experiment->complete_10cm = real("/mesh/complete_10cm");
+  experiment->rand_index = real("/rooms/adjusted_rand_index");
+  if (const auto whole = file->is_whole(); !whole) return whole;
+  for (const auto& room : file->root()["rooms"].value("rooms", nlohmann::json::array())) {
+    const bool is_middle = room.is_object() && room.contains("name") && room.contains("scans") &&
+                           room.contains("submaps") && room["name"].is_string() &&
+                           room["scans"].is_number_integer() &&
+                           room["submaps"].is_number_integer() &&
+                           room["name"].get<std::string>().starts_with("middle");
+    if (is_middle && room["scans"].get<std::int64_t>() > 0)
+      experiment->middle_room_submaps = room["submaps"].get<std::int64_t>();
+  }
+  return {};
+}
+
+/// Which of the pairs the replay left could have been fused, by the last graph it was given.
+Result<void> count_pairs(const ExperimentOptions& options, const Folders& folders,
+                         Experiment* experiment) {
+  const auto file = JsonFile::open(folders.home / "final_map.out");
+  if (!file) return tl::unexpected(file.error());
+  const auto pairs = read_root_pairs(file->root());
+  if (!pairs) return tl::unexpected(pairs.error());
+  const auto doubts = ask_doubts_m(options.programs / "cloister", folders.mission / "pose_graph",
+                                   folders.home, *pairs);
+  if (!doubts) return tl::unexpected(doubts.error());
+  for (const double doubt_m : *doubts) {
+    (doubt_m <= experiment->ours.max_sigma_m ? experiment->overlapping_pairs
+                                             : experiment->doubtful_pairs) += 1;
+  }
+  return {};
+}
+
+Result<Nearness> judge_returns(const fs::path& file, const Pose& T_W_M, const RayScene& truth_W) {
+  std::ifstream stream(file, std::ios::binary);
+  std::size_t within[3] = {0, 0, 0};
+  std::size_t count = 0;
+  Eigen::Vector3f p_M;
+  while (stream.read(reinterpret_cast<char*>(p_M.data()), 3 * sizeof(float))) {
+    const float distance_m = truth_W.distance((T_W_M * p_M.cast<double>()).cast<float>(), 1.0F);
+    within[0] += distance_m <= 0.05F ? 1 : 0;
+    within[1] += distance_m <= 0.10F ? 1 : 0;
+    within[2] += distance_m <= 0.25F ? 1 : 0;
+    ++count;
+  }
+  if (count == 0)
+    return fail(ErrorKind::kInput, file.string() + ": holds no returns: replay the mission again");
+  const auto share = [&](std::size_t part) {
+    return static_cast<double>(part) / static_cast<double>(count);
+  };
+  return Nearness{share(within[0]), share(within[1]), share(within[2])};
+}
+
+/// What is measured here, with the truth at hand.
+Result<void> judge(const ExperimentOptions& options, const Folders& folders,
+                   Experiment* experiment) {
+  const auto truth = read_ground_truth(folders.mission);
+  if (!truth) return tl::unexpected(truth.error());
+  const auto estimate = read_tum(folders.ours / "trajectory.tum");
+  if (!estimate) return tl::unexpected(estimate.error());
+  const auto submaps = read_submaps(folders.ours / "submaps.json");
+  if (!submaps) return tl::unexpected(submaps.error());
+  const auto mesh_M = read_ply(folders.ours / "mesh.ply");
+  if (!mesh_M) return tl::unexpected(mesh_M.error());
+  const auto truth_W = RayScene::build(truth->mesh_W);
+  if (!truth_W) return tl::unexpected(truth_W.error());
+  const Pose T_W_M = align(*estimate, truth->T_W_L).T_W_M;
+
+  const auto doubled =
+      find_doubled_surface(*mesh_M, T_W_M, *truth_W, kDoublingSamples, experiment->seed);
+  if (!doubled) return tl::unexpected(doubled.error());
+  experiment->doubled_share = doubled->share();
+  const auto returns = judge_returns(folders.home / "returns.f32", T_W_M, *truth_W);
+  if (!returns) return tl::unexpected(returns.error());
+  experiment->returns = *returns;
+  experiment->submaps_across_storeys = submaps_across_storeys(*truth, *submaps);
+  if (experiment->world == "small-rooms") experiment->round_ends = round_ends(*truth);
+  const double length_s = (truth->T_W_L.back().stamp - truth->T_W_L.front().stamp).seconds();
+  experiment->is_cut_short = options.minutes > 0.0 && length_s > options.minutes * 60.0 - 1.0;
+  return {};
+}
+
+}  // namespace
+
+double Experiment::memory_saved() const {
+  return baseline.map_bytes_final > 0 ? 1.0 - static_cast<double>(ours.map_bytes_final) /
+                                                  static_cast<double>(baseline.map_bytes_final)
+                                      : 0.0;
+}
+
+std::vector<std::int64_t> Experiment::round_bytes() const {
+  std::vector<std::int64_t> bytes;
+  for (const SensorTime end : round_ends) bytes.push_back(map_bytes_at(ours.growth, end));
+  return bytes;
+}
+
+Result<Experiment> run_experiment(const ExperimentOptions& options, const std::string& world,
+                                  std::uint64_t seed) {
+  Experiment experiment;
+  experiment.world = world;
+  experiment.seed = seed;
+  const fs::path home = options.out / (world + "_" + std::to_string(seed));
+  const Folders folders{home, home / "mission", home / "ours", home / "baseline"};
+  std::error_code error;
+  fs::create_directories(home, error);
+  if (error)
+    return fail(ErrorKind::kResource, home.string() + ": cannot be made: " + error.message());
+  const auto done = run_programs(options, folders, experiment);
+  // A capture is gigabytes, and is simulated again in less time than it takes to be missed.
+  if (!options.keep) {
+    fs::remove(folders.mission / "lidar.pcap", error);
+  }
+  if (!done) return tl::unexpected(done.error());
+
+  auto ours = read_replay(folders.ours);
+  if (!ours) return tl::unexpected(ours.error());
+  experiment.ours = std::move(*ours);
+  auto baseline = read_replay(folders.baseline);
+  if (!baseline) return tl::unexpected(baseline.error());
+  experiment.baseline = std::move(*baseline);
+  for (const auto& result :
+       {read_judgement(folders, &experiment), count_pairs(options, folders, &experiment),
+        judge(options, folders, &experiment)}) {
+    if (!result) return tl::unexpected(result.error());
+  }
+  if (!options.keep) fs::remove(home / "returns.f32", error);
+  return experiment;
+}
+
+}  // namespace cloister

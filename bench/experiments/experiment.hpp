@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bench/experiments/replay_figures.hpp"
+
+namespace cloister {
+
+/// Shares of points within a distance of the true surface, 0 to 1.
+struct Nearness {
+  double within_5cm = 0.0;
+  double within_10cm = 0.0;
+  double within_25cm = 0.0;
+};
+
+/// Everything that one world with one seed says.
+struct Experiment {
+  std::string world;
+  std::uint64_t seed = 1;
+  bool is_cut_short = false;  ///< the mission ended before its path did
+
+  ReplayFigures ours;
+  ReplayFigures baseline;
+
+  double rand_index = 0.0;  ///< adjusted, between final submaps and rooms
+  double trajectory_rms_m = 0.0;
+  Nearness mesh;
+  Nearness returns;            ///< of raw returns placed by the final graph: a perfect mapper's
+  double complete_10cm = 0.0;  ///< share of the seen true surface that has mesh within 10 cm
+  double doubled_share = 0.0;  ///< of the mesh's area
+  std::size_t overlapping_pairs =
+      0;  ///< of final submaps: voxel overlap above 0.7, certain enough to be fused
+  std::size_t doubtful_pairs = 0;  ///< the same, but too uncertain to be fused
+  std::size_t submaps_across_storeys = 0;
+  std::optional<std::int64_t> middle_room_submaps;  ///< where there is a middle room with scans
+  std::vector<SensorTime> round_ends;
+
+  /// Share of the baseline's memory at the end that ours does without.
+  [[nodiscard]] double memory_saved() const;
+  /// The map's bytes after each round.
+  [[nodiscard]] std::vector<std::int64_t> round_bytes() const;
+};
+
+/// What to run, and where.
+struct ExperimentOptions {
+  std::filesystem::path out;       ///< gets WORLD_SEED/{mission,ours,baseline}
+  std::filesystem::path programs;  ///< folder of the programs
+  double minutes = 0.0;            ///< missions end there; 0 = at the end of their paths
+  bool keep = false;               ///< keep the missions' packets
+};
+
+/// Simulates a mission, replays it twice and judges what is left. Says what it does on stderr.
+/// Errors: those of the programs, naming their logs; kInput for a result that cannot be read
+[[nodiscard]] Result<Experiment> run_experiment(const ExperimentOptions& options,
+                                                const std::string& world, std::uint64_t seed);
+
+}  // namespace cloister

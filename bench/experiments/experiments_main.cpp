@@ -1,0 +1,186 @@
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <exception>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+
+#include "bench/experiments/child_program.hpp"
+#include "bench/experiments/experiment.hpp"
+#include "bench/experiments/growth_plot.hpp"
+#include "bench/experiments/limits.hpp"
+
+namespace cloister {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kQuickCampusMinutes = 4.0;
+
+struct Options {
+  ExperimentOptions experiment;
+  std::vector<std::string> worlds = {"small-rooms", "large-rooms", "three-storey", "campus"};
+  std::vector<std::uint64_t> seeds = {1, 2, 3};
+  fs::path results;
+  bool quick = false;
+};
+
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+/// What stands behind a key of /proc/cpuinfo, with the number of cores.
+std::string describe_machine() {
+  const std::string text = read_text("/proc/cpuinfo");
+  const std::size_t at = text.find(": ", text.find("model name"));
+  const std::string model =
+      at == std::string::npos ? "unknown" : text.substr(at + 2, text.find('\n', at) - at - 2);
+  return model + "; " + std::to_string(std::thread::hardware_concurrency()) + " cores";
+}
+
+Provenance describe(const Options& options) {
+  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  std::tm utc{};
+  char date[32] = "";
+  if (gmtime_r(&now, &utc) != nullptr) std::strftime(date, sizeof(date), "%Y-%m-%d", &utc);
+  const fs::path answer = options.experiment.out / "commit.txt";
+  std::string commit = "unknown";
+  if (run_program({"git", "-C", CLOISTER_TREE, "describe", "--always", "--dirty", "--exclude=*"},
+                  answer, options.experiment.out / "commit.log")) {
+    commit = read_text(answer);
+    commit.erase(commit.find_last_not_of('\n') + 1);
+  }
+  return {date, describe_machine(), commit};
+}
+
+Result<void> write_text(const fs::path& file, const std::string& text) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << text;
+  stream.close();
+  if (stream) return {};
+  return fail(ErrorKind::kResource, file.string() + ": cannot be written: check the path");
+}
+
+/// The table of everything so far and this experiment's plots; those of a world's first seed stand for it.
+Result<void> write_results(const Options& options, const std::vector<Experiment>& experiments,
+                           const Provenance& provenance) {
+  const std::string csv = format_csv(experiments, provenance);
+  const std::string plot = growth_plot_svg(experiments.back());
+  const Experiment& e = experiments.back();
+  const std::string name = e.world + "_" + std::to_string(e.seed);
+  if (const auto done = write_text(options.experiment.out / "experiments.csv", csv); !done)
+    return done;
+  if (const auto done = write_text(options.experiment.out / (name + "_memory.svg"), plot); !done)
+    return done;
+  if (options.results.empty()) return {};
+  std::error_code error;
+  fs::create_directories(options.results, error);
+  if (const auto done = write_text(options.results / "experiments.csv", csv); !done) return done;
+  if (e.seed != options.seeds.front()) return {};
+  // Rooms coloured by submap, storey by storey, as the replay drew them.
+  const std::string plan = read_text(options.experiment.out / name / "ours" / "plan.svg");
+  if (!plan.empty()) {
+    if (const auto done = write_text(options.results / (e.world + "_plan.svg"), plan); !done)
+      return done;
+  }
+  return write_text(options.results / (e.world + "_memory.svg"), plot);
+}
+
+Result<void> run_all(const Options& options) {
+  std::error_code error;
+  fs::create_directories(options.experiment.out, error);
+  if (error) {
+    return fail(ErrorKind::kResource,
+                options.experiment.out.string() + ": cannot be made: " + error.message());
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const Provenance provenance = describe(options);
+  std::printf("%s, %s, commit %s\n\n", provenance.date.c_str(), provenance.machine.c_str(),
+              provenance.commit.c_str());
+  std::vector<Experiment> experiments;
+  std::vector<std::string> failures;
+  for (const std::string& world : options.worlds) {
+    for (const std::uint64_t seed : options.seeds) {
+      ExperimentOptions each = options.experiment;
+      if (options.quick && world == "campus" && !(each.minutes > 0.0))
+        each.minutes = kQuickCampusMinutes;
+      auto experiment = run_experiment(each, world, seed);
+      if (!experiment) return tl::unexpected(experiment.error());
+      const auto lines = judge_lines(*experiment);
+      std::printf("%s\n", format_table(*experiment, lines).c_str());
+      std::fflush(stdout);
+      for (const Line& line : lines) {
+        if (!line.verdict.starts_with("FAIL")) continue;
+        failures.push_back(line.verdict + " " + world + " " + std::to_string(seed) + ": " +
+                           line.what + " " + line.ours + ", limit " + line.limit);
+      }
+      experiments.push_back(std::move(*experiment));
+      if (const auto done = write_results(options, experiments, provenance); !done) return done;
+    }
+  }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+  std::printf("%zu experiments in %.1f minutes, %zu limits missed\n", experiments.size(),
+              took.count() / 60.0, failures.size());
+  for (const std::string& failure : failures) std::printf("  %s\n", failure.c_str());
+  return {};
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  options.experiment.programs = program_folder();
+  CLI::App app(
+      "Simulates every world, maps it, maps it again as a baseline, and holds what comes out "
+      "against its limits: tables to stdout, OUT/experiments.csv and plots. Limits that are missed "
+      "are a result, not an error.",
+      "cloister-experiments");
+  app.add_option("--out", options.experiment.out, "directory for missions, maps and tables")
+      ->required();
+  const std::set<std::string> known(options.worlds.begin(), options.worlds.end());
+  app.add_option("--world", options.worlds, "only these worlds (default: all four)")
+      ->check(CLI::IsMember(known));
+  auto* seeds = app.add_option("--seeds", options.seeds, "one mission for each (default: 1,2,3)")
+                    ->delimiter(',');
+  app.add_option("--minutes", options.experiment.minutes,
+                 "end missions there (default: at the end of their paths)")
+      ->check(CLI::PositiveNumber);
+  app.add_flag("--quick", options.quick, "one seed, and the first four minutes of the campus");
+  app.add_flag("--keep", options.experiment.keep, "keep the missions' packets, gigabytes each");
+  app.add_option("--results", options.results,
+                 "also write experiments.csv, WORLD_memory.svg and WORLD_plan.svg here");
+  app.add_option("--programs", options.experiment.programs,
+                 "folder of the other programs (default: beside this one)");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    std::fputs(app.help().c_str(), stdout);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "cloister-experiments: %s: see --help\n", error.what());
+    return static_cast<int>(ErrorKind::kUsage);
+  }
+  if (options.quick && seeds->count() == 0) options.seeds.resize(1);
+  const auto done = run_all(options);
+  if (done) return 0;
+  std::fprintf(stderr, "cloister-experiments: %s\n", done.error().message.c_str());
+  return static_cast<int>(done.error().kind);
+}
+
+}  // namespace
+}  // namespace cloister
+
+int main(int argc, char** argv) {
+  try {
+    return cloister::run(argc, argv);
+  } catch (const std::exception&
+               error) {  // memory, or the standard library's file system: nothing else throws
+    std::fprintf(stderr, "cloister-experiments: %s: free some memory or disk and try again\n",
+                 error.what());
+    return static_cast<int>(cloister::ErrorKind::kResource);
+  }
+}
