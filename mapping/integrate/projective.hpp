@@ -32,7 +32,8 @@ struct ProjectiveResult {
 /// in front of all beams' ends, they are free as a whole; behind all, or outside of the image, nothing is said about
 /// them; else their eight children are asked. A voxel whose centre has to be looked up in the image is free when
 ///
-///   - the beam nearest to its centre passes within half a voxel of it, and proves free beyond it (it is `crossed`), or
+///   - the beam nearest to its centre passes no further from it than the voxel reaches, both along the image's rows and
+///     along its columns, and proves free beyond it (the voxel is `crossed`), or
 ///   - all four beams around its centre do. What lies between beams is so filled as long as no edge runs between them; it
 ///     counts only for voxels that are not occupied (see add_evidence), so that thin things seen from near are not
 ///     cleared by beams that miss them from afar.

@@ -156,9 +156,10 @@ class VoxelLook {
         beams_(from, view, reach(view.column_step, reach_voxels) + kAngleSlack,
                reach(view.sine_step, reach_voxels)),
         gaps_(beams_) {
-    // Half a voxel, in columns and by the sine of the elevation.
+    // As far as a voxel reaches from its centre, in columns and by the sine of the elevation: no beam that hits it passes
+    // further off.
     const auto width = [](const float (&step)[3]) {
-      return 0.5f * std::sqrt(step[0] * step[0] + step[1] * step[1] + step[2] * step[2]);
+      return 0.5f * (std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]));
     };
     column_reach_ = width(view.column_step);
     sine_reach_ = width(view.sine_step);
@@ -265,7 +266,8 @@ class VoxelLook {
       auto is_filled = hn::And(is_between, gap >= distance);
       if (window.is_seam) {
         const auto wrapped = column_index & mask;
-        is_filled = hn::And(is_filled, hn::RebindMask(d, hn::And(wrapped > before, wrapped < end)));
+        const auto is_inside = hn::RebindMask(d, hn::And(wrapped > before, wrapped < end));
+        is_filled = hn::And(hn::And(is_between, hn::Xor(is_inside, gap < zero)), hn::Abs(gap) >= distance);
       }
       filled = mask_bits(d, is_filled);
     }

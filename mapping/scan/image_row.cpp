@@ -11,9 +11,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // A surface seen at less than half a degree: what looks steeper is an edge.
 constexpr float kMaxSlope = 115.0f;
-// How much more than half a voxel a beam that skims a surface keeps off it: the flatter, the further apart are the
-// returns that its slope comes from, and the less is it one plane.
-constexpr float kDoubt = 0.5f;
 
 /// Change of range per metre across the beam towards a neighbour `angle` away, from the chord between both returns.
 template <class V>
@@ -51,7 +48,6 @@ std::size_t place_row_vectors(const ImageRow& in) {
   const V turn = hn::Set(d, projection.columns_per_rad > 0 ? 1.0f : -1.0f);
   const V angle_above = hn::Set(d, in.angle_above_rad), angle_below = hn::Set(d, in.angle_below_rad);
   const V half_voxel = hn::Set(d, 0.5f * in.voxel_m);
-  const V doubt = hn::Set(d, kDoubt);
   const V max_free = hn::Set(d, in.max_free_m), max_return = hn::Set(d, in.max_return_m);
 
   std::size_t num_returns = 0;
@@ -90,7 +86,7 @@ std::size_t place_row_vectors(const ImageRow& in) {
                    hn::Abs(r10 * normal_x + r11 * normal_y + r12 * normal_z) +
                    hn::Abs(r20 * normal_x + r21 * normal_y + r22 * normal_z);
     const V steepness = hn::Sqrt(normal_x * normal_x + normal_y * normal_y + normal_z * normal_z);
-    const V stretch = half_voxel * (norm + doubt * (steepness - hn::Set(d, 1.0f)));
+    const V stretch = half_voxel * (norm + steepness - hn::Set(d, 1.0f));
     const V free = hn::Min(hn::Max(range - stretch, half * hn::Min(range, max_free)), max_free);
     hn::StoreU(hn::IfThenElseZero(is_valid, free), d, in.free_m + column);
 

@@ -8,6 +8,9 @@ namespace {
 
 constexpr float kMaxUnits = 65'000;
 
+/// The one nearest to zero of values between two bounds, 0 unless all have one sign.
+float agreed(float least, float most) { return std::max(least, 0.0f) + std::min(most, 0.0f); }
+
 }  // namespace
 
 void RangeImage::reserve(std::size_t max_pixels) {
@@ -28,7 +31,7 @@ void RangeImage::build_bounds(float max_free_m) {
     const float* free = &free_m[static_cast<std::size_t>(row) * stride];
     float* filled = &gap_free_m[static_cast<std::size_t>(row) * stride];
     const auto fill = [&](int column, int left) {
-      const float between = std::max(std::min(free[left], free[column + 1]), 0.0f);
+      const float between = agreed(std::min(free[left], free[column + 1]), std::max(free[left], free[column + 1]));
       filled[column] = free[column] != 0 ? free[column] : between;
     };
     fill(0, columns - 1);
@@ -50,21 +53,21 @@ void RangeImage::build_bounds(float max_free_m) {
     for (int cell = 0; cell < cell_columns; ++cell) {
       float least = max_free_m, most = 0;
       for (int column = cell << squaring; column < (cell + 1) << squaring; ++column) {
-        least = std::min(least, filled[column]);
+        least = std::min(least, std::abs(filled[column]));
         most = std::max(most, std::abs(filled[column]));
       }
-      cells[cell] = {static_cast<std::uint16_t>(std::max(least, 0.0f) * units), rounded_up(most), 0};
+      cells[cell] = {static_cast<std::uint16_t>(least * units), rounded_up(most), 0};
     }
     const float* lower = row + 1 < rows ? filled + stride : filled;
     for (int column = 0; column < columns; ++column) {
-      const float both = std::min(filled[column], filled[column + 1]);
-      filled[column] = std::max(std::min(both, std::min(lower[column], lower[column + 1])), 0.0f);
+      const float a = filled[column], b = filled[column + 1], c = lower[column], d = lower[column + 1];
+      filled[column] = agreed(std::min(std::min(a, b), std::min(c, d)), std::max(std::max(a, b), std::max(c, d)));
     }
     if (row + 1 == rows) std::fill_n(filled, columns, 0.0f);
     for (int cell = 0; cell < cell_columns; ++cell) {
       float most_gap = 0;
       for (int column = cell << squaring; column < (cell + 1) << squaring; ++column) {
-        most_gap = std::max(most_gap, filled[column]);
+        most_gap = std::max(most_gap, std::abs(filled[column]));
       }
       cells[cell].most_gap = rounded_up(most_gap);
     }

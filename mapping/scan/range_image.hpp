@@ -37,8 +37,8 @@ struct RangeImage {
   /// [num_rows x stride] Negative where the beam was fired a whole turn before or after its neighbours in the image,
   /// while the sensor was moving: such a pixel answers only who asks with that end's pose.
   std::vector<float> free_m;
-  /// [num_rows - 1 x stride] Least of a pixel, the one right of it and the two below them: what all four beams around a
-  /// direction prove. A lost pixel between two others proves what the lesser of them does.
+  /// [num_rows x stride] Least of a pixel, the one right of it and the two below them: what all four beams around a
+  /// direction prove; negative if all four are. A lost pixel between two others proves what the lesser of them does.
   std::vector<float> gap_free_m;
   /// Level k bounds cells of 2^k rows and 2^(k + squaring) columns; rows of cells from the top.
   std::vector<Bounds> pyramid;

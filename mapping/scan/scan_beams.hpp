@@ -28,7 +28,7 @@ struct Ray {
 /// plane through the return and its neighbours in the image, of normal n, those are the voxels whose centre is nearer to
 /// the plane than half a voxel times |n|_1; along the beam that is, with N = n / (n . beam),
 ///
-///     stretch = voxel / 2 * (|N|_1 + (|N| - 1) / 2)
+///     stretch = voxel / 2 * (|N|_1 + |N| - 1)
 ///
 /// where the second term, for surfaces that are skimmed, stands for what the plane may be wrong by between two rows:
 /// so a beam that skims a floor does not carve it, and one that meets a wall squarely clears it up to the next voxel.

@@ -96,13 +96,16 @@ std::optional<SphericalProjection> fit_projection(int num_beams, int num_columns
     azimuth0.push_back(row_azimuth);
   }
 
-  // Column 0 of the image: where the rows' columns agree best, a fraction of a column from row 0's.
-  double fraction = 0;
+  // Column 0 of the image: in the middle of the rows' columns 0, where the rows' columns agree best.
+  double fraction = 0, least = 0, most = 0;
   for (const double azimuth : azimuth0) {
     const double columns = wrapped(azimuth - azimuth0[0]) / step;
     fraction += columns - std::round(columns);
+    least = std::min(least, std::round(columns));
+    most = std::max(most, std::round(columns));
   }
-  const double image_azimuth0 = wrapped(azimuth0[0] + fraction / num_beams * step);
+  const double middle = std::round(0.5 * (least + most));
+  const double image_azimuth0 = wrapped(azimuth0[0] + (middle + fraction / num_beams) * step);
   projection.azimuth0_rad = static_cast<float>(image_azimuth0);
 
   const Eigen::Vector2d ring = meeting_point(lines);
