@@ -14,6 +14,7 @@ namespace {
 
 constexpr float kNearestGap_m = 0.05F;
 constexpr float kFurthestGap_m = 0.50F;
+constexpr float kFarGap_m = 0.10F;
 constexpr float kParallelCosine = 0.9F;
 constexpr float kReach_m = 1.0F;  // distances from the truth are cut off there
 
@@ -63,13 +64,15 @@ Result<DoubledSurface> find_doubled_surface(const TriangleMesh& mesh_M, const Po
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Eigen::Vector3f p = points[k].cast<float>();
     const Eigen::Vector3f normal = normal_of(mesh, triangles[k]);
+    float widest_m = 0.0F;
     for (const float sign : {1.0F, -1.0F}) {
       const Eigen::Vector3f direction = sign * normal;
       const auto gap_m = find_sheet(mesh, *scene, p, normal, direction);
       if (!gap_m || !is_one_surface(truth_W, p, p + *gap_m * direction, *gap_m)) continue;
-      ++result.doubled;
-      break;
+      widest_m = std::max(widest_m, *gap_m);
     }
+    result.doubled += widest_m > 0.0F ? 1 : 0;
+    result.far += widest_m > kFarGap_m ? 1 : 0;
   }
   return result;
 }

@@ -12,9 +12,15 @@ namespace cloister {
 struct DoubledSurface {
   std::size_t samples = 0;
   std::size_t doubled = 0;
+  std::size_t far =
+      0;  ///< of the doubled: sheets more than 10 cm apart, so not merely in neighbouring voxels
 
-  [[nodiscard]] double share() const {
-    return samples == 0 ? 0.0 : static_cast<double>(doubled) / static_cast<double>(samples);
+  [[nodiscard]] double share() const { return share_of(doubled); }
+  [[nodiscard]] double far_share() const { return share_of(far); }
+
+ private:
+  [[nodiscard]] double share_of(std::size_t part) const {
+    return samples == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(samples);
   }
 };
 

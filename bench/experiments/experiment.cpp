@@ -139,6 +139,7 @@ Result<void> judge(const ExperimentOptions& options, const Folders& folders,
       find_doubled_surface(*mesh_M, T_W_M, *truth_W, kDoublingSamples, experiment->seed);
   if (!doubled) return tl::unexpected(doubled.error());
   experiment->doubled_share = doubled->share();
+  experiment->doubled_far_share = doubled->far_share();
   const auto returns = judge_returns(folders.home / "returns.f32", T_W_M, *truth_W);
   if (!returns) return tl::unexpected(returns.error());
   experiment->returns = *returns;

@@ -29,9 +29,10 @@ struct Experiment {
   double rand_index = 0.0;  ///< adjusted, between final submaps and rooms
   double trajectory_rms_m = 0.0;
   Nearness mesh;
-  Nearness returns;            ///< of raw returns placed by the final graph: a perfect mapper's
-  double complete_10cm = 0.0;  ///< share of the seen true surface that has mesh within 10 cm
-  double doubled_share = 0.0;  ///< of the mesh's area
+  Nearness returns;                ///< of raw returns placed by the final graph: a perfect mapper's
+  double complete_10cm = 0.0;      ///< share of the seen true surface that has mesh within 10 cm
+  double doubled_share = 0.0;      ///< of the mesh's area
+  double doubled_far_share = 0.0;  ///< of the mesh's area, by sheets more than 10 cm apart
   std::size_t overlapping_pairs =
       0;  ///< of final submaps: voxel overlap above 0.7, certain enough to be fused
   std::size_t doubtful_pairs = 0;  ///< the same, but too uncertain to be fused

@@ -9,7 +9,8 @@
 #include "bench/experiments/limits.hpp"
 #include "bench/experiments/pair_doubt.hpp"
 #include "bench/experiments/rounds.hpp"
-#include "bench/simulate/box_solid.hpp"
+#include "bench/simulate/walk.hpp"
+#include "bench/simulate/world.hpp"
 
 namespace cloister {
 namespace {
@@ -84,6 +85,26 @@ TEST_CASE("a round ends nearest to the first room's middle once all others were 
   CHECK(round_ends(make_truth({middle, stairs, middle})).empty());
 }
 
+TEST_CASE("the six rounds of the small rooms are found") {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const auto world = make_world("small-rooms", seed);
+    REQUIRE(world);
+    const Trajectory way = walk(world->path, {}, SensorTime{0}, seed);
+    GroundTruth truth;
+    truth.rooms = world->rooms;
+    for (std::size_t k = 0; k < way.poses.size(); ++k)
+      truth.T_W_L.push_back({way.stamp(k), way.poses[k]});
+    CAPTURE(seed);
+    const auto ends = round_ends(truth);
+    REQUIRE(ends.size() == 6);
+    const double round_s = (way.end() - way.start).seconds() / 6.0;
+    for (int k = 0; k < 6; ++k) {
+      const double end_s = (ends[static_cast<std::size_t>(k)] - way.start).seconds();
+      CHECK(end_s == doctest::Approx(round_s * (k + 1)).epsilon(0.1));
+    }
+  }
+}
+
 TEST_CASE("a submap lies across storeys when it holds scans of rooms on two, stairs left out") {
   const GroundTruth truth = make_truth({{2, 2, 1.5}, {6, 2, 1.5}, {6, 2, 4.5}});
   const auto stamp = [&](std::size_t k) { return truth.T_W_L[k].stamp; };
@@ -100,13 +121,13 @@ void add_sheet(float z, TriangleMesh* mesh) {
   mesh->triangles.push_back({first, first + 2, first + 3});
 }
 
-double doubled_share(const TriangleMesh& mesh, const TriangleMesh& truth) {
+DoubledSurface doubled(const TriangleMesh& mesh, const TriangleMesh& truth) {
   const auto scene = RayScene::build(truth);
   REQUIRE(scene);
-  const auto doubled = find_doubled_surface(mesh, Pose::Identity(), *scene, 2000, 1);
-  REQUIRE(doubled);
-  CHECK(doubled->samples == 2000);
-  return doubled->share();
+  const auto found = find_doubled_surface(mesh, Pose::Identity(), *scene, 2000, 1);
+  REQUIRE(found);
+  CHECK(found->samples == 2000);
+  return *found;
 }
 
 TEST_CASE("two sheets where the truth has one are doubled, wherever between them it lies") {
@@ -116,8 +137,18 @@ TEST_CASE("two sheets where the truth has one are doubled, wherever between them
     add_sheet(0.0F, &mesh);
     add_sheet(0.2F, &mesh);
     CAPTURE(truth_z);
-    CHECK(doubled_share(mesh, truth) > 0.99);
+    CHECK(doubled(mesh, truth).share() > 0.99);
+    CHECK(doubled(mesh, truth).far_share() > 0.99);
   }
+}
+
+TEST_CASE("sheets in neighbouring voxels are doubled, but not far apart") {
+  TriangleMesh truth, mesh;
+  add_sheet(0.0F, &truth);
+  add_sheet(0.0F, &mesh);
+  add_sheet(0.065F, &mesh);
+  CHECK(doubled(mesh, truth).share() > 0.99);
+  CHECK(doubled(mesh, truth).far == 0);
 }
 
 TEST_CASE("two sheets are not doubled where the truth has two, too near, too far, or faced apart") {
@@ -127,14 +158,14 @@ TEST_CASE("two sheets are not doubled where the truth has two, too near, too far
     TriangleMesh mesh = truth;
     add_sheet(z, &mesh);
     CAPTURE(z);
-    CHECK(doubled_share(mesh, truth) == 0.0);
+    CHECK(doubled(mesh, truth).doubled == 0);
   }
   TriangleMesh two = truth;
   add_sheet(0.2F, &two);
-  CHECK(doubled_share(two, two) == 0.0);
+  CHECK(doubled(two, two).doubled == 0);
   TriangleMesh apart = two;
   for (std::size_t k = 2; k < 4; ++k) std::swap(apart.triangles[k][0], apart.triangles[k][1]);
-  CHECK(doubled_share(apart, truth) == 0.0);
+  CHECK(doubled(apart, truth).doubled == 0);
 }
 
 TEST_CASE("a pair's doubt is the root of its largest variance") {

@@ -150,6 +150,7 @@ void add_accuracy(const Experiment& e, Lines* lines) {
   }
   lines->limit("surface drawn twice", percent(e.doubled_share), {}, "below 1 %",
                e.doubled_share < 0.01);
+  lines->figure("  with more than 10 cm between", percent(e.doubled_far_share));
   lines->figure("seen surface covered", percent(e.complete_10cm));
 }
 
@@ -265,6 +266,7 @@ std::string format_csv(const std::vector<Experiment>& experiments, const Provena
     real("perfect_within_25cm", e.returns.within_25cm);
     real("complete_10cm", e.complete_10cm);
     real("doubled_share", e.doubled_share);
+    real("doubled_far_share", e.doubled_far_share);
     std::string failed;
     for (const Line& line : judge_lines(e)) {
       if (line.verdict.starts_with("FAIL")) failed += (failed.empty() ? "" : "; ") + line.what;
