@@ -100,7 +100,7 @@ inline Scan see(const Scene& scene, const ScanGeometry& geometry, const Motion& 
 }
 
 inline VoxelCoord voxel_at(const Eigen::Vector3f& p_S, double voxel_size_m) {
-  return (p_S / static_cast<float>(voxel_size_m)).array().floor().cast<int>();
+  return (p_S * static_cast<float>(1 / voxel_size_m)).array().floor().cast<int>();
 }
 
 /// A set of voxels within 2^20 of the origin.
