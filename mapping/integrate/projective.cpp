@@ -25,7 +25,7 @@ constexpr float kMinFarVoxels = 200;
 constexpr float kMinLookVoxels = 40;
 
 // Of an octant's 64, for it to be free as a whole all the same.
-constexpr int kMaxUnseenVoxels = 32;
+constexpr int kMaxUnseenVoxels = 16;
 
 class Carver {
  public:
