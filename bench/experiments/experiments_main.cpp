@@ -105,13 +105,21 @@ Result<void> run_all(const Options& options) {
               provenance.commit.c_str());
   std::vector<Experiment> experiments;
   std::vector<std::string> failures;
+  Result<void> result;
   for (const std::string& world : options.worlds) {
     for (const std::uint64_t seed : options.seeds) {
       ExperimentOptions each = options.experiment;
       if (options.quick && world == "campus" && !(each.minutes > 0.0))
         each.minutes = kQuickCampusMinutes;
       auto experiment = run_experiment(each, world, seed);
-      if (!experiment) return tl::unexpected(experiment.error());
+      if (!experiment) {
+        // Hours of other experiments are worth having; the first failure is the command's own.
+        std::fprintf(stderr, "%s_%llu: %s\n", world.c_str(), static_cast<unsigned long long>(seed),
+                     experiment.error().message.c_str());
+        if (result) result = tl::unexpected(experiment.error());
+        if (experiment.error().kind == ErrorKind::kInterrupted) return result;
+        continue;
+      }
       const auto lines = judge_lines(*experiment);
       std::printf("%s\n", format_table(*experiment, lines).c_str());
       std::fflush(stdout);
@@ -128,7 +136,7 @@ Result<void> run_all(const Options& options) {
   std::printf("%zu experiments in %.1f minutes, %zu limits missed\n", experiments.size(),
               took.count() / 60.0, failures.size());
   for (const std::string& failure : failures) std::printf("  %s\n", failure.c_str());
-  return {};
+  return result;
 }
 
 int run(int argc, char** argv) {

@@ -136,10 +136,11 @@ std::string growth_plot_svg(const Experiment& experiment) {
   }
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + number(kWidth) + "\" height=\"" +
          number(kHeight) + "\" viewBox=\"0 0 " + number(kWidth) + " " + number(kHeight) +
-         "\" role=\"img\">\n<style>svg{background:#fff}text{font:12px sans-serif;fill:#333}"
+         "\" role=\"img\">\n<style>text{font:12px sans-serif;fill:#333}"
          "polyline{fill:none;stroke-width:1.6}.ours{stroke:#1f77b4;fill:none}.baseline{stroke:"
          "#d62728;fill:none}.grid{stroke:#ddd}.round{stroke:#999;stroke-dasharray:3 3}.ours-name"
          "{fill:#1f77b4;font-weight:bold}.baseline-name{fill:#d62728;font-weight:bold}</style>\n"
+         "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
          "<text x=\"" +
          pixel(kLeft) + "\" y=\"16\">" + experiment.world + ", seed " +
          std::to_string(experiment.seed) +
