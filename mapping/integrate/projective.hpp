@@ -42,7 +42,8 @@ struct ProjectiveResult {
 /// something is occupied. What that spares is decided by blocks:
 ///
 ///   - Only blocks with returns, or with voxels of their own, are looked up voxel by voxel. In any other, an octant of
-///     4x4x4 voxels becomes free when three quarters of its voxels are: the rest of it is at the border of what is seen.
+///     4x4x4 voxels becomes free when its middle and three quarters of its voxels are: the rest of it is at the border of
+///     what is seen.
 ///   - Where rows are more than a voxel apart, such blocks are looked into every other scan, half of them in turn, and what
 ///     is then seen through counts twice; what is still unknown is asked every fourth scan, unless it is free as a whole.
 ///     Returns count in every scan, and the first scan of a volume asks everything.

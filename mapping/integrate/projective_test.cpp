@@ -52,7 +52,7 @@ TEST_CASE("a door frame keeps its edges and the doorway becomes free") {
     }
     CHECK(map.share_of_layers(left) == 1);
     CHECK(map.share_of_layers(right) == 1);
-    CHECK(map.share(lintel, VoxelState::kOccupied) > 0.9);
+    CHECK(map.share(lintel, VoxelState::kOccupied) > 0.85);
     CHECK(map.share(wall, VoxelState::kOccupied) > 0.99);
     CHECK(map.share(map.voxels_in({2.95f, -0.37f, -0.7f}, {3.2f, 0.37f, 0.7f}), VoxelState::kFree) > 0.995);
   }
@@ -87,7 +87,7 @@ TEST_CASE("table legs of 4 cm survive a hundred scans from one to four metres") 
         CAPTURE(leg);
         CHECK(legs[leg].size() > 3);
         CHECK(map.share_of_layers(legs[leg]) == 1);
-        CHECK(map.share(legs[leg], VoxelState::kOccupied) > 0.9);
+        CHECK(map.share(legs[leg], VoxelState::kOccupied) > 0.85);
       }
     }
   }
@@ -117,12 +117,12 @@ TEST_CASE("railings of 4 cm bars stay occupied from two to five metres") {
   }
 }
 
-TEST_CASE("a floor at or above the middle of its voxels, seen at two degrees, stays occupied for five hundred scans") {
+TEST_CASE("a floor seen at two degrees stays occupied for five hundred scans") {
   // The rows of a long-range sensor that see the floor, and of its columns those that look ahead.
   const ScanGeometry geometry = geometry_of(staggered_sensor(12, 0.2, -5.6, 3.1, 512));
   VoxelConfig config;
   config.max_range_m = 20;
-  for (const float height : {0.460f, 0.472f, 0.485f}) {
+  for (const float height : {0.459f, 0.475f, 0.492f, 0.500f, 0.508f}) {
     CAPTURE(height);
     Scene scene;
     scene.boxes.push_back({{-60, -60, -1}, {60, 60, -height}});
@@ -201,7 +201,8 @@ std::tuple<double, double, int> watch(const Visit& visit, int scans) {
 TEST_CASE("a person who leaves is free within a second of being seen through, and its blocks return to the pool") {
   for (const Visit& visit : {Visit{long_range_sensor(), 3, true}, Visit{long_range_sensor(), 5, true},
                              Visit{long_range_sensor(), 3, false}, Visit{long_range_sensor(), 5, false},
-                             Visit{wide_sensor(), 1.5f, true}, Visit{wide_sensor(), 1.5f, false}}) {
+                             Visit{wide_sensor(), 1.5f, true}, Visit{wide_sensor(), 1.5f, false},
+                             Visit{wide_sensor(), 3, false}}) {
     CAPTURE(visit.sensor.ring_radius_m);
     CAPTURE(visit.distance);
     CAPTURE(visit.sways);
@@ -256,7 +257,7 @@ TEST_CASE("walls stay where they are at all azimuths while the sensor moves at 1
           const float inside_m = std::min((p - low).minCoeff(), (high - p).minCoeff());
           num_occupied += view.at(i) > 0;
           num_stray += view.at(i) > 0 && std::abs(inside_m) > 0.06f;
-          num_carved += view.at(i) < 0 && inside_m < -0.033f;
+          num_carved += view.at(i) < 0 && inside_m < -0.065f;
         }
       });
       CHECK(num_occupied > 10'000);

@@ -270,25 +270,30 @@ class Rule {
   /// States of a block's voxels; nothing where it is uncertain.
   [[nodiscard]] std::vector<std::optional<VoxelState>> states(const BlockCoord& block) const {
     const bool has_hits = hit_blocks_.contains(block);
+    const Eigen::Vector3d corner = block.cast<double>() * kBlockEdge;
     std::array<bool, kBlockVoxels> is_surely_free{}, may_be_free{};
     int least_free[8] = {}, most_free[8] = {};
     for (int i = 0; i < kBlockVoxels; ++i) {
-      const VoxelCoord voxel = block * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
-      is_surely_free[i] = true;
-      for (const Offset& offset : kOffsets) {
-        const bool is_free_there = is_free(voxel, offset);
-        is_surely_free[i] &= is_free_there;
-        may_be_free[i] |= is_free_there;
-      }
+      std::tie(is_surely_free[i], may_be_free[i]) =
+          sees_through(corner + Eigen::Vector3d((i & 7) + 0.5, (i >> 3 & 7) + 0.5, (i >> 6) + 0.5));
       least_free[octant_of(i)] += is_surely_free[i];
       most_free[octant_of(i)] += may_be_free[i];
     }
+    std::array<std::pair<bool, bool>, 8> middles;
+    for (int i = 0; i < 8; ++i) {
+      middles[i] = sees_through(corner + Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2) * kOctantEdge +
+                                Eigen::Vector3d::Constant(0.5 * kOctantEdge));
+    }
     std::vector<std::optional<VoxelState>> states(kBlockVoxels);
-    constexpr int kEnough = kOctantVoxels * 3 / 4;  // without returns, an octant is free as a whole or not at all
+    // Without returns, an octant is free as a whole or not at all: when its middle and three quarters of its voxels are.
+    constexpr int kEnough = kOctantVoxels * 3 / 4;
     for (int i = 0; i < kBlockVoxels; ++i) {
       const int octant = octant_of(i);
-      if (has_hits ? is_surely_free[i] : least_free[octant] >= kEnough) states[i] = VoxelState::kFree;
-      if (has_hits ? !may_be_free[i] : most_free[octant] < kEnough) states[i] = VoxelState::kUnknown;
+      const auto [middle_is_free, middle_may_be_free] = middles[octant];
+      if (has_hits ? is_surely_free[i] : middle_is_free && least_free[octant] >= kEnough) states[i] = VoxelState::kFree;
+      if (has_hits ? !may_be_free[i] : !middle_may_be_free || most_free[octant] < kEnough) {
+        states[i] = VoxelState::kUnknown;
+      }
       const VoxelCoord voxel = block * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
       if (has_hits && hit_.contains(voxel)) states[i] = VoxelState::kOccupied;
     }
@@ -307,11 +312,21 @@ class Rule {
                                         {0, 0, 0, 0.93},
                                         {0, 0, 0, 1.07}};
 
-  [[nodiscard]] bool is_free(const VoxelCoord& voxel, const Offset& offset) const {
+  /// Is a place, in voxels, free for sure, and may it be?
+  [[nodiscard]] std::pair<bool, bool> sees_through(const Eigen::Vector3d& place) const {
+    bool always = true, ever = false;
+    for (const Offset& offset : kOffsets) {
+      const bool is_free_there = is_free(place * voxel_m_, offset);
+      always &= is_free_there;
+      ever |= is_free_there;
+    }
+    return {always, ever};
+  }
+
+  [[nodiscard]] bool is_free(const Eigen::Vector3d& p_S, const Offset& offset) const {
     const RangeImage::ColumnPose& pose = image_.poses.front();
     Eigen::Matrix3d R_L_S;
     for (int i = 0; i < 9; ++i) R_L_S(i / 3, i % 3) = pose.R_L_S[i / 3][i % 3];
-    const Eigen::Vector3d p_S = (voxel.cast<double>().array() + 0.5) * voxel_m_;
     const Eigen::Vector3d p_L = R_L_S * (p_S - pose.t_S.cast<double>());
     const double axis = std::hypot(p_L.x(), p_L.y()), z = p_L.z() - projection_.ring_height_m;
     const double distance = std::hypot(axis - projection_.ring_radius_m, z) + offset.distance_m;
@@ -323,10 +338,14 @@ class Rule {
     const int at = static_cast<int>(step);
     const double lower = projection_.row_of_sine[at], rise = projection_.row_of_sine[at + 1] - lower;
     const double row = lower + rise * (step - at) + offset.rows;
-    const double cos_up = (axis - projection_.ring_radius_m) / distance;
+    // As far as a voxel reaches along the directions of rising azimuth and elevation.
+    const double c = p_L.x() / axis, s = p_L.y() / axis, cos_up = (axis - projection_.ring_radius_m) / distance;
+    const Eigen::Vector3d around_S = R_L_S.transpose() * Eigen::Vector3d(-s, c, 0);
+    const Eigen::Vector3d up_S = R_L_S.transpose() * Eigen::Vector3d(-c * z / distance, -s * z / distance, cos_up);
+    const double half_voxel_m = 0.5 * offset.reach * voxel_m_;
+    const double column_reach = half_voxel_m * around_S.lpNorm<1>() / axis * std::abs(projection_.columns_per_rad);
     const double rows_per_rad = std::abs(rise) * SphericalProjection::kSineSteps / 2 * std::abs(cos_up);
-    const double column_reach = offset.reach * 0.5 * voxel_m_ / axis * std::abs(projection_.columns_per_rad);
-    const double row_reach = offset.reach * 0.5 * voxel_m_ / distance * rows_per_rad;
+    const double row_reach = half_voxel_m * up_S.lpNorm<1>() / distance * rows_per_rad;
     const int last_row = projection_.num_rows() - 1;
     if (column_reach < 0.5 || row_reach < 0.5) {  // pixels are wider than voxels: what do all four beams around it prove?
       const int row0 = static_cast<int>(std::floor(row));
