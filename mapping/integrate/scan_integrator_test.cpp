@@ -279,10 +279,15 @@ class Rule {
       least_free[octant_of(i)] += is_surely_free[i];
       most_free[octant_of(i)] += may_be_free[i];
     }
+    const double distance =
+        (corner + Eigen::Vector3d::Constant(kOctantEdge) - image_.poses.front().t_S.cast<double>() / voxel_m_).norm();
     std::array<std::pair<bool, bool>, 8> middles;
     for (int i = 0; i < 8; ++i) {
       middles[i] = sees_through(corner + Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2) * kOctantEdge +
                                 Eigen::Vector3d::Constant(0.5 * kOctantEdge));
+      // Close to the sensor, middles are not asked for.
+      middles[i].first |= distance < 38;
+      middles[i].second |= distance < 42;
     }
     std::vector<std::optional<VoxelState>> states(kBlockVoxels);
     // Without returns, an octant is free as a whole or not at all: when its middle and three quarters of its voxels are.
