@@ -39,7 +39,7 @@ class Carver {
         volume_(job.volume),
         reach_m_(static_cast<float>(job.max_range_m) + job.image.moved_m),
         sparse_m_(projector_.voxel_m * projector_.projection.max_rows_per_rad),
-        is_first_(job.volume.num_chunks() == 0) {
+        is_first_(job.scan_number == 0) {
     twice_free_.miss = static_cast<LogOdds>(2 * std::max<int>(evidence_.miss, -63));
   }
 
@@ -358,7 +358,7 @@ class Carver {
   Volume& volume_;
   float reach_m_;        ///< no beam ends further from where the sensor was in the middle of the scan
   float sparse_m_;       ///< from here on rows are more than a voxel apart
-  bool is_first_;        ///< nothing is known of the volume yet
+  bool is_first_;        ///< there may be no other scan to wait for
 
   ChunkCoord chunk_coord_ = ChunkCoord::Zero();
   Chunk* chunk_ = nullptr;

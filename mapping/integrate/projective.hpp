@@ -13,7 +13,7 @@ struct ProjectiveJob {
   const Evidence& evidence;
   double voxel_size_m;
   double max_range_m;
-  std::uint64_t scan_number;  ///< counts up
+  std::uint64_t scan_number;  ///< counts up from 0
   ScanMarks& marks;  ///< with the returns marked; blocks that are applied here are ticked off
   VoxelPools& pools;
   Volume& volume;
@@ -46,7 +46,7 @@ struct ProjectiveResult {
 ///     what is seen.
 ///   - Where rows are more than a voxel apart, such blocks are looked into every other scan, half of them in turn, and what
 ///     is then seen through counts twice; what is still unknown is asked every fourth scan, unless it is free as a whole.
-///     Returns count in every scan, and the first scan of a volume asks everything.
+///     Returns count in every scan, and the first scan asks everything.
 ///
 /// Every node is projected with the sensor's pose at the column that looks at it; inside blocks and octants the projection
 /// is expanded around their middle. Blocks where the scan's beginning and end meet are looked up with both poses.
