@@ -129,7 +129,11 @@ class VoxelSet {
 struct SceneMap {
   explicit SceneMap(const ScanGeometry& geometry, const VoxelConfig& voxel_config = {}, std::size_t blocks = 60'000,
                     std::size_t chunks = 4'000)
-      : config(voxel_config), store(blocks, chunks), pools(store), integrator(config), beams(geometry.direction_L.size()) {
+      : config(voxel_config),
+        store(blocks, chunks),
+        pools(store),
+        integrator(config),
+        beams(geometry.direction_L.size()) {
     pools.take_all();
   }
 
