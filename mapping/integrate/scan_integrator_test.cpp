@@ -340,7 +340,7 @@ class Rule {
         (std::atan2(p_L.y(), p_L.x()) - projection_.azimuth0_rad) * projection_.columns_per_rad + offset.columns;
     column -= columns * std::floor(column / columns);
     const double step = (1 + z / distance) / 2 * SphericalProjection::kSineSteps;
-    const int at = static_cast<int>(step);
+    const int at = std::clamp(static_cast<int>(step), 0, SphericalProjection::kSineSteps);
     const double lower = projection_.row_of_sine[at], rise = projection_.row_of_sine[at + 1] - lower;
     const double row = lower + rise * (step - at) + offset.rows;
     // As far as a voxel reaches along the directions of rising azimuth and elevation.
