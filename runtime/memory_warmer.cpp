@@ -1,10 +1,11 @@
 #include "runtime/memory_warmer.hpp"
 
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdint>
+
+#include <sys/mman.h>
 
 namespace cloister {
 namespace {
@@ -15,14 +16,16 @@ constexpr std::size_t kHugePageBytes = 2 << 20;
 
 /// Page that holds an address, or the next one's beginning.
 std::byte* page_at(std::byte* address, std::size_t page_bytes) {
-  return reinterpret_cast<std::byte*>(reinterpret_cast<std::uintptr_t>(address) / page_bytes * page_bytes);
+  return reinterpret_cast<std::byte*>(reinterpret_cast<std::uintptr_t>(address) / page_bytes *
+                                      page_bytes);
 }
 
 bool populate(std::byte* begin, std::byte* end) {
 #ifdef MADV_POPULATE_WRITE
   const auto page_bytes = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   std::byte* const first = page_at(begin, page_bytes);
-  return end <= first || madvise(first, static_cast<std::size_t>(end - first), MADV_POPULATE_WRITE) == 0;
+  return end <= first ||
+         madvise(first, static_cast<std::size_t>(end - first), MADV_POPULATE_WRITE) == 0;
 #else
   return end <= begin;
 #endif
@@ -51,7 +54,9 @@ void MemoryWarmer::keep_ahead(std::size_t blocks_used, std::size_t chunks_used) 
 }
 
 void MemoryWarmer::keep_ahead(Region& region, std::size_t used_bytes) {
-  if (region.resident_bytes >= region.bytes || used_bytes + kAheadBytes / 2 <= region.resident_bytes) return;
+  if (region.resident_bytes >= region.bytes ||
+      used_bytes + kAheadBytes / 2 <= region.resident_bytes)
+    return;
   // Never before what is used already: the first items may belong to somebody else, who has no hurry.
   const std::size_t from = std::max(region.resident_bytes, std::min(used_bytes, region.bytes));
   const std::size_t to = std::min(used_bytes + kAheadBytes, region.bytes);

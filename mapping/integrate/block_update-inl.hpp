@@ -7,9 +7,9 @@
 #define CLOISTER_BLOCK_UPDATE_INL_HPP
 #endif
 
-#include <hwy/highway.h>
-
 #include <bit>
+
+#include <hwy/highway.h>
 
 #include "mapping/integrate/evidence.hpp"
 #include "mapping/integrate/scan_marks.hpp"
@@ -30,7 +30,8 @@ HWY_INLINE hn::Mask<LogOddsTag> mask_of(LogOddsTag d, std::uint64_t bits) {
 HWY_INLINE LogOdds highest_in(const Block& block) {
   const LogOddsTag d;
   auto highest = hn::Load(d, block.voxels);
-  for (int i = static_cast<int>(hn::Lanes(d)); i < kBlockVoxels; i += static_cast<int>(hn::Lanes(d))) {
+  for (int i = static_cast<int>(hn::Lanes(d)); i < kBlockVoxels;
+       i += static_cast<int>(hn::Lanes(d))) {
     highest = hn::Max(highest, hn::Load(d, block.voxels + i));
   }
   HWY_ALIGN LogOdds lanes[HWY_MAX_BYTES];
@@ -57,7 +58,8 @@ HWY_INLINE OctantMask occupied_octants(const Block& block) {
       }
     }
     for (int octant = 0; octant < 4; ++octant) {
-      const std::uint64_t rows = std::uint64_t{0x0f0f0f0f} << ((octant & 1) * 4 + (octant >> 1) * 32);
+      const std::uint64_t rows = std::uint64_t{0x0f0f0f0f}
+                                 << ((octant & 1) * 4 + (octant >> 1) * 32);
       octants |= static_cast<unsigned>((slices & rows) != 0) << (octant + 4 * half);
     }
   }
@@ -66,8 +68,8 @@ HWY_INLINE OctantMask occupied_octants(const Block& block) {
 
 /// Adds a scan's evidence to the voxels of a block; a voxel that is hit is not free. Beams that passed beside a voxel
 /// (`free` without `crossed`) make it free as long as nothing says that it is occupied: they cannot clear it.
-HWY_INLINE void add_evidence(const Evidence& evidence, const BlockBits& free, const BlockBits& crossed,
-                            const BlockBits& hit, Block& block) {
+HWY_INLINE void add_evidence(const Evidence& evidence, const BlockBits& free,
+                             const BlockBits& crossed, const BlockBits& hit, Block& block) {
   const LogOddsTag d;
   const auto zero = hn::Zero(d);
   const auto one = hn::Set(d, LogOdds{1}), minus_one = hn::Set(d, LogOdds{-1});
@@ -82,7 +84,8 @@ HWY_INLINE void add_evidence(const Evidence& evidence, const BlockBits& free, co
       const auto is_hit = mask_of(d, hit.word[z] >> i);
       const auto value = hn::Load(d, slice + i);
       const auto is_cleared = hn::And(is_free, hn::Or(is_crossed, hn::Not(value > zero)));
-      const auto steps = hn::IfThenElse(is_hit, hit_steps, hn::IfThenElseZero(is_cleared, miss_steps));
+      const auto steps =
+          hn::IfThenElse(is_hit, hit_steps, hn::IfThenElseZero(is_cleared, miss_steps));
       const auto sum = hn::Min(hn::Max(hn::SaturatedAdd(value, steps), lowest), highest);
       // What cancels exactly keeps the sign of the new evidence.
       const auto sign = hn::IfThenElse(is_hit, one, hn::IfThenElseZero(is_cleared, minus_one));
@@ -94,15 +97,17 @@ HWY_INLINE void add_evidence(const Evidence& evidence, const BlockBits& free, co
 /// Adds free octants to a place that is unknown or a free coarse node. Octants that were known become more free when at
 /// least half of them was seen again; with new ones, all have the weaker value.
 /// @param num_free  voxels that were seen
-HWY_INLINE void add_free_octants(const Evidence& evidence, OctantMask free, int num_free, VoxelPools& pools, Volume& volume,
-                               Chunk& chunk, std::uint32_t& place) {
+HWY_INLINE void add_free_octants(const Evidence& evidence, OctantMask free, int num_free,
+                                 VoxelPools& pools, Volume& volume, Chunk& chunk,
+                                 std::uint32_t& place) {
   const LogOdds value = Volume::coarse_value(place);
   const OctantMask known = Volume::known_octants(place);
   if ((free & ~known) != 0) {
     const LogOdds weakest = known != kNoOctants && value > evidence.miss ? value : evidence.miss;
     volume.set_coarse(pools, chunk, place, weakest, known | free);
   } else if (value != evidence.lowest && 2 * num_free >= std::popcount(known) * kOctantVoxels) {
-    volume.set_coarse(pools, chunk, place, add_log_odds(value, evidence.miss, evidence.lowest, evidence.highest), known);
+    volume.set_coarse(pools, chunk, place,
+                      add_log_odds(value, evidence.miss, evidence.lowest, evidence.highest), known);
   }
 }
 
@@ -111,9 +116,10 @@ HWY_INLINE void add_free_octants(const Evidence& evidence, OctantMask free, int 
 /// voxels of octants that are not known yet.
 /// @param free  without the voxels that were hit
 /// @return number of voxels that a full pool declined
-HWY_INLINE std::size_t apply_to_place(const Evidence& evidence, const BlockBits& free, const BlockBits& crossed,
-                                    const BlockBits& hit, VoxelPools& pools, Volume& volume, Chunk& chunk,
-                                    std::uint32_t& place) {
+HWY_INLINE std::size_t apply_to_place(const Evidence& evidence, const BlockBits& free,
+                                      const BlockBits& crossed, const BlockBits& hit,
+                                      VoxelPools& pools, Volume& volume, Chunk& chunk,
+                                      std::uint32_t& place) {
   int num_free = 0;
   for (const std::uint64_t word : free.word) num_free += std::popcount(word);
   const bool has_hits = hit.any();
@@ -122,7 +128,8 @@ HWY_INLINE std::size_t apply_to_place(const Evidence& evidence, const BlockBits&
     // An octant's rows in one word; all of them, and any.
     unsigned all = 0, any = 0;
     for (int octant = 0; octant < 8; ++octant) {
-      const std::uint64_t rows = std::uint64_t{0x0f0f0f0f} << ((octant & 1) * 4 + (octant >> 1 & 1) * 32);
+      const std::uint64_t rows = std::uint64_t{0x0f0f0f0f}
+                                 << ((octant & 1) * 4 + (octant >> 1 & 1) * 32);
       std::uint64_t in_all = rows, in_any = 0;
       for (int z = 0; z < kOctantEdge; ++z) {
         in_all &= free.word[(octant >> 2) * kOctantEdge + z];
@@ -132,7 +139,8 @@ HWY_INLINE std::size_t apply_to_place(const Evidence& evidence, const BlockBits&
       any |= static_cast<unsigned>(in_any != 0) << octant;
     }
     if ((any & ~(all | Volume::known_octants(place))) == 0) {
-      add_free_octants(evidence, static_cast<OctantMask>(all), num_free, pools, volume, chunk, place);
+      add_free_octants(evidence, static_cast<OctantMask>(all), num_free, pools, volume, chunk,
+                       place);
       return 0;
     }
   }

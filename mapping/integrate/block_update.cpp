@@ -10,7 +10,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace cloister::HWY_NAMESPACE {
 
-std::size_t apply_marks_vectors(const Evidence& evidence, const ScanMarks::Marked& marked, VoxelPools& pools, Volume& volume) {
+std::size_t apply_marks_vectors(const Evidence& evidence, const ScanMarks::Marked& marked,
+                                VoxelPools& pools, Volume& volume) {
   Chunk* chunk = nullptr;
   std::uint32_t* place = volume.make_place(pools, marked.coord, &chunk);
   if (place == nullptr) return kBlockVoxels;
@@ -27,7 +28,8 @@ namespace cloister {
 
 HWY_EXPORT(apply_marks_vectors);
 
-std::size_t apply_marks(const Evidence& evidence, const ScanMarks::Marked& marked, VoxelPools& pools, Volume& volume) {
+std::size_t apply_marks(const Evidence& evidence, const ScanMarks::Marked& marked,
+                        VoxelPools& pools, Volume& volume) {
   return HWY_DYNAMIC_DISPATCH(apply_marks_vectors)(evidence, marked, pools, volume);
 }
 

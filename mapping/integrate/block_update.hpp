@@ -12,7 +12,7 @@ namespace cloister {
 /// that is both is hit (see apply_to_place for what becomes of coarse nodes).
 /// @return number of voxels that a full pool declined
 /// Real-time: no allocation.
-[[nodiscard]] std::size_t apply_marks(const Evidence& evidence, const ScanMarks::Marked& marked, VoxelPools& pools,
-                                      Volume& volume);
+[[nodiscard]] std::size_t apply_marks(const Evidence& evidence, const ScanMarks::Marked& marked,
+                                      VoxelPools& pools, Volume& volume);
 
 }  // namespace cloister

@@ -6,10 +6,10 @@
 #define CLOISTER_NODE_VIEWS_INL_HPP
 #endif
 
-#include <hwy/highway.h>
-
 #include <algorithm>
 #include <cmath>
+
+#include <hwy/highway.h>
 
 #include "mapping/scan/range_image.hpp"
 #include "mapping/voxel/voxel.hpp"
@@ -99,7 +99,9 @@ class NodeProjector {
         has_seam_(image.turned_rad * columns_per_rad_ > 0.25f || image.moved_m > 0.1f * voxel_m) {}
 
   /// The pose for a first look: the middle of the scan's.
-  NodePose first_pose() const { return {&image.poses[projection.num_columns / 2], has_seam_ ? 1.0f : 0.0f}; }
+  NodePose first_pose() const {
+    return {&image.poses[projection.num_columns / 2], has_seam_ ? 1.0f : 0.0f};
+  }
 
   /// The pose for looking into a child: that of the column which looks at its middle, as its parent's look told.
   NodePose pose_for(const NodeViews& views, int child, int edge) const {
@@ -114,7 +116,8 @@ class NodeProjector {
     // the rows' shifts carry over the seam.
     const float zone = reach + static_cast<float>(projection.max_shift + 1) +
                        (image.turned_rad + image.moved_m / views.axis_m[child]) * columns_per_rad_;
-    if (static_cast<float>(column) < zone || static_cast<float>(column) > columns - zone) return {pose, 1};
+    if (static_cast<float>(column) < zone || static_cast<float>(column) > columns - zone)
+      return {pose, 1};
     return {pose, std::min(1.0f, 4 * reach / columns)};
   }
 
@@ -124,8 +127,9 @@ class NodeProjector {
     const Lanes8 d;
     const Ints8 di;
     constexpr float kSteps = SphericalProjection::kSineSteps;
-    const V place = hn::Min(hn::Max((sine + hn::Set(d, 1.0f)) * hn::Set(d, 0.5f * kSteps), hn::Zero(d)),
-                            hn::Set(d, kSteps));
+    const V place =
+        hn::Min(hn::Max((sine + hn::Set(d, 1.0f)) * hn::Set(d, 0.5f * kSteps), hn::Zero(d)),
+                hn::Set(d, kSteps));
     const auto index = hn::ConvertTo(di, place);
     const V lower = hn::GatherIndex(d, projection.row_of_sine.data(), index);
     const V upper = hn::GatherIndex(d, projection.row_of_sine.data() + 1, index);
@@ -137,11 +141,13 @@ class NodeProjector {
   /// The same for one place, to within the table.
   float row_of(float sine) const {
     constexpr float kSteps = SphericalProjection::kSineSteps;
-    return projection.row_of_sine[static_cast<std::size_t>(std::clamp(0.5f * (sine + 1) * kSteps, 0.0f, kSteps))];
+    return projection.row_of_sine[static_cast<std::size_t>(
+        std::clamp(0.5f * (sine + 1) * kSteps, 0.0f, kSteps))];
   }
 
   /// Projects the eight children of a node and holds them against the image's bounds.
-  void view_children(const VoxelCoord& corner, int child_edge, const NodePose& from, NodeViews& views) const {
+  void view_children(const VoxelCoord& corner, int child_edge, const NodePose& from,
+                     NodeViews& views) const {
     const Lanes8 d;
     const Ints8 di;
     using V = hn::Vec<Lanes8>;
@@ -150,12 +156,15 @@ class NodeProjector {
     const RangeImage::ColumnPose& pose = *from.pose;
     const float edge_m = static_cast<float>(child_edge) * voxel_m;
     const float middle = 0.5f * static_cast<float>(child_edge);
-    const auto first = [&](int axis) { return (static_cast<float>(corner[axis]) + middle) * voxel_m - pose.t_S[axis]; };
+    const auto first = [&](int axis) {
+      return (static_cast<float>(corner[axis]) + middle) * voxel_m - pose.t_S[axis];
+    };
     const float first_x = first(0), first_y = first(1), first_z = first(2);
     // Half the distance between the outermost voxel centres: what lies beyond them is not asked.
     const float half_m = 0.5f * static_cast<float>(child_edge - 1) * voxel_m;
     const V half = hn::Set(d, half_m), radius = hn::Set(d, 2 * kHalfDiagonal * half_m);
-    const V turned = hn::Set(d, from.share * image.turned_rad), moved = hn::Set(d, from.share * image.moved_m);
+    const V turned = hn::Set(d, from.share * image.turned_rad),
+            moved = hn::Set(d, from.share * image.moved_m);
     HWY_ALIGN static constexpr float kX[8] = {0, 1, 0, 1, 0, 1, 0, 1};
     HWY_ALIGN static constexpr float kY[8] = {0, 0, 1, 1, 0, 0, 1, 1};
     HWY_ALIGN static constexpr float kZ[8] = {0, 0, 0, 0, 1, 1, 1, 1};
@@ -180,7 +189,8 @@ class NodeProjector {
       V away[3], around[3], up[3];
       V away_norm = zero, around_norm = zero, up_norm = zero;
       for (int i = 0; i < 3; ++i) {
-        const V rx = hn::Set(d, pose.R_L_S[0][i]), ry = hn::Set(d, pose.R_L_S[1][i]), rz = hn::Set(d, pose.R_L_S[2][i]);
+        const V rx = hn::Set(d, pose.R_L_S[0][i]), ry = hn::Set(d, pose.R_L_S[1][i]),
+                rz = hn::Set(d, pose.R_L_S[2][i]);
         const V level = rx * cos_around + ry * sin_around;
         away[i] = level * cos_up + rz * sin_up;
         around[i] = ry * cos_around - rx * sin_around;
@@ -214,17 +224,22 @@ class NodeProjector {
       const auto is_near = hn::Or(near_axis > half_limit, near > half_limit);
       const V drift = turned + moved * per_axis;
       const V slack = hn::Set(d, kAngleSlack);
-      const V width = (half * around_norm * per_axis / (one - hn::Min(near_axis, half_limit)) + drift) *
-                          hn::Set(d, columns_per_rad_) + slack;
-      const V height = (half * up_norm * per_distance / (one - hn::Min(near, half_limit)) + near * near + drift) *
-                           hn::Set(d, projection.max_rows_per_rad) + slack;
+      const V width =
+          (half * around_norm * per_axis / (one - hn::Min(near_axis, half_limit)) + drift) *
+              hn::Set(d, columns_per_rad_) +
+          slack;
+      const V height = (half * up_norm * per_distance / (one - hn::Min(near, half_limit)) +
+                        near * near + drift) *
+                           hn::Set(d, projection.max_rows_per_rad) +
+                       slack;
       const V nearest = distance - half * away_norm - moved;
-      const V furthest = distance + half * away_norm + hn::Set(d, 0.5f) * radius * radius * per_distance + moved;
+      const V furthest =
+          distance + half * away_norm + hn::Set(d, 0.5f) * radius * radius * per_distance + moved;
 
       const V top = hn::Floor(row - height), bottom = hn::Ceil(row + height);
       const V left = hn::Floor(column - width), right = hn::Ceil(column + width);
       const V last_row = hn::Set(d, static_cast<float>(projection.num_rows() - 1));
-      const auto is_outside = hn::Or(bottom < zero, top > last_row);
+      const auto is_outside = hn::Or(bottom<zero, top> last_row);
       const auto is_inside = hn::And(top >= zero, bottom <= last_row);
       const VI row0 = hn::ConvertTo(di, hn::Min(hn::Max(top, zero), last_row));
       const VI row1 = hn::ConvertTo(di, hn::Min(hn::Max(bottom, zero), last_row));
@@ -232,7 +247,8 @@ class NodeProjector {
 
       // The level at which the rectangle lies within 2 x 2 cells: cells at least as long as its sides.
       const V rows = hn::ConvertTo(d, row1 - row0);
-      const V columns = (right - left) * hn::Set(d, 1.0f / static_cast<float>(1 << projection.squaring));
+      const V columns =
+          (right - left) * hn::Set(d, 1.0f / static_cast<float>(1 << projection.squaring));
       const V side = hn::Max(hn::Max(rows, hn::Ceil(columns)) - one, zero);
       // ceil(log2(side + 1)) by the exponent of a float: exact for whole numbers below 2^24.
       const VI exponent = hn::ShiftRight<23>(hn::BitCast(di, side)) - hn::Set(di, 126);
@@ -258,8 +274,10 @@ class NodeProjector {
         const int c0 = (lefts[i] >> shift) & (cells - 1), c1 = (rights[i] >> shift) & (cells - 1);
         HWY_ALIGN std::uint16_t low[4] = {}, high[4] = {};
         for (std::size_t j = 0; j < 4; j += hn::Lanes(du)) {
-          const auto at_cell = [&](const RangeImage::Bounds& bounds) HWY_ATTR { return hn::LoadU(du, &bounds.least + j); };
-          const auto e0 = at_cell(upper[c0]), e1 = at_cell(upper[c1]), e2 = at_cell(lower[c0]), e3 = at_cell(lower[c1]);
+          const auto at_cell = [&](const RangeImage::Bounds& bounds)
+                                   HWY_ATTR { return hn::LoadU(du, &bounds.least + j); };
+          const auto e0 = at_cell(upper[c0]), e1 = at_cell(upper[c1]), e2 = at_cell(lower[c0]),
+                     e3 = at_cell(lower[c1]);
           hn::Store(hn::Min(hn::Min(e0, e1), hn::Min(e2, e3)), du, low + j);
           hn::Store(hn::Max(hn::Max(e0, e1), hn::Max(e2, e3)), du, high + j);
         }

@@ -30,7 +30,8 @@ constexpr int kMaxUnseenVoxels = 16;
 class Carver {
  public:
   explicit Carver(const ProjectiveJob& job)
-      : projector_(job.image, static_cast<float>(job.voxel_size_m), static_cast<float>(job.max_range_m)),
+      : projector_(job.image, static_cast<float>(job.voxel_size_m),
+                   static_cast<float>(job.max_range_m)),
         evidence_(job.evidence),
         twice_free_(job.evidence),
         scan_number_(job.scan_number),
@@ -47,7 +48,8 @@ class Carver {
     const NodePose from = projector_.first_pose();
     VoxelCoord low, high;
     for (int a = 0; a < 3; ++a) {
-      low[a] = static_cast<int>(std::floor((from.pose->t_S[a] - reach_m_) / projector_.voxel_m)) & ~(kRootEdge - 1);
+      low[a] = static_cast<int>(std::floor((from.pose->t_S[a] - reach_m_) / projector_.voxel_m)) &
+               ~(kRootEdge - 1);
       high[a] = static_cast<int>(std::floor((from.pose->t_S[a] + reach_m_) / projector_.voxel_m));
     }
     for (int z = low.z(); z <= high.z(); z += kRootEdge) {
@@ -74,7 +76,8 @@ class Carver {
       for (unsigned rest = views.mixed; rest != 0; rest &= rest - 1) {
         const int child = std::countr_zero(rest);
         const VoxelCoord child_corner = child_corner_of(corner, child_edge, child);
-        const bool has_gaps = (views.gaps >> child & 1) != 0 && is_turn_of(child_corner, views.distance_m[child]);
+        const bool has_gaps =
+            (views.gaps >> child & 1) != 0 && is_turn_of(child_corner, views.distance_m[child]);
         if (!may_change(child_corner, child_edge, has_gaps)) ask &= ~(1u << child);
       }
     }
@@ -84,7 +87,8 @@ class Carver {
       const VoxelCoord child_corner = child_corner_of(corner, child_edge, child);
       const bool is_free = (views.free >> child) & 1;
       if (child_edge == kBlockEdge) {
-        visit_block({child_corner, is_free, ((views.gaps >> child) & 1) != 0, &views, child, nullptr});
+        visit_block(
+            {child_corner, is_free, ((views.gaps >> child) & 1) != 0, &views, child, nullptr});
       } else if (is_free) {
         visit_free(child_corner, child_edge, projector_.pose_for(views, child, child_edge));
       } else {
@@ -106,7 +110,9 @@ class Carver {
         for (int x = row; x < row + blocks; ++x) {
           if (slots_ != nullptr && slots_[x] != 0) return true;
           const std::uint32_t place = chunk_ != nullptr ? chunk_->places[x] : 0;
-          if (has_gaps ? place != settled : Volume::has_block(place) || Volume::coarse_value(place) > 0) return true;
+          if (has_gaps ? place != settled
+                       : Volume::has_block(place) || Volume::coarse_value(place) > 0)
+            return true;
         }
       }
     }
@@ -117,7 +123,8 @@ class Carver {
   void fetch_blocks(const VoxelCoord& corner, unsigned children) const {
     if (chunk_ == nullptr) return;
     for (unsigned rest = children; rest != 0; rest &= rest - 1) {
-      const BlockCoord block = parent_coord(child_corner_of(corner, kBlockEdge, std::countr_zero(rest)));
+      const BlockCoord block =
+          parent_coord(child_corner_of(corner, kBlockEdge, std::countr_zero(rest)));
       const std::uint32_t place = chunk_->places[index_in_block(block)];
       if (!Volume::has_block(place)) continue;
       const LogOdds* voxels = pools_.store.block(Volume::block_index(place)).voxels;
@@ -143,13 +150,15 @@ class Carver {
   /// A node that is free throughout.
   void visit_free(const VoxelCoord& corner, int edge, const NodePose& from) {
     if (edge > kChunkVoxels) {
-      for (int child = 0; child < 8; ++child) visit_free(child_corner_of(corner, edge / 2, child), edge / 2, from);
+      for (int child = 0; child < 8; ++child)
+        visit_free(child_corner_of(corner, edge / 2, child), edge / 2, from);
       return;
     }
     if (edge == kChunkVoxels) enter_chunk(corner);
     for (int z = 0; z < edge; z += kBlockEdge) {
       for (int y = 0; y < edge; y += kBlockEdge) {
-        for (int x = 0; x < edge; x += kBlockEdge) visit_block({corner + VoxelCoord(x, y, z), true, true, nullptr, 0, &from});
+        for (int x = 0; x < edge; x += kBlockEdge)
+          visit_block({corner + VoxelCoord(x, y, z), true, true, nullptr, 0, &from});
       }
     }
   }
@@ -157,33 +166,38 @@ class Carver {
   /// A block on its way through a scan.
   struct BlockVisit {
     VoxelCoord corner;
-    bool is_free;            ///< it is seen through as a whole
-    bool has_gaps;           ///< parts of it may be
-    const NodeViews* views;  ///< how it looks as one of eight children; null for a part of a larger free node
+    bool is_free;   ///< it is seen through as a whole
+    bool has_gaps;  ///< parts of it may be
+    const NodeViews*
+        views;  ///< how it looks as one of eight children; null for a part of a larger free node
     int child;
-    const NodePose* from;    ///< where it is seen from, without views
+    const NodePose* from;  ///< where it is seen from, without views
   };
 
   /// Is it far enough away for its voxels to be looked up from its own view, if all of them lie in few pixels? One pose
   /// has to see it as a whole as well.
   bool may_be_far(const BlockVisit& visit, const NodePose& from) const {
-    return visit.views != nullptr && from.share < 1 && visit.views->distance_m[visit.child] > kMinFarVoxels * projector_.voxel_m;
+    return visit.views != nullptr && from.share < 1 &&
+           visit.views->distance_m[visit.child] > kMinFarVoxels * projector_.voxel_m;
   }
 
   NodePose pose_for(const BlockVisit& visit) const {
-    return visit.views != nullptr ? projector_.pose_for(*visit.views, visit.child, kBlockEdge) : *visit.from;
+    return visit.views != nullptr ? projector_.pose_for(*visit.views, visit.child, kBlockEdge)
+                                  : *visit.from;
   }
 
   void visit_block(const BlockVisit& visit) {
     const int index = index_in_block(parent_coord(visit.corner));
     const std::uint32_t place = chunk_ != nullptr ? chunk_->places[index] : 0;
-    ScanMarks::Marked* marked = slots_ != nullptr && slots_[index] != 0 ? &marks_.in_slot(slots_[index]) : nullptr;
+    ScanMarks::Marked* marked =
+        slots_ != nullptr && slots_[index] != 0 ? &marks_.in_slot(slots_[index]) : nullptr;
     if (marked == nullptr && !Volume::has_block(place) && Volume::coarse_value(place) <= 0) {
       if (visit.is_free) {
         ++result_.blocks_free;
         update_node(index, kAllOctants);
       } else if (visit.has_gaps && Volume::known_octants(place) != kAllOctants &&
-                 (visit.views == nullptr || is_turn_of(visit.corner, visit.views->distance_m[visit.child]))) {
+                 (visit.views == nullptr ||
+                  is_turn_of(visit.corner, visit.views->distance_m[visit.child]))) {
         ++result_.blocks_coarse;
         update_node(index, free_octants(visit, Volume::known_octants(place)));
       }
@@ -210,15 +224,19 @@ class Carver {
   bool may_wait(const BlockVisit& visit) const {
     const VoxelCoord& corner = visit.corner;
     return !is_first_ && is_sparse(visit) &&
-           (((corner.x() ^ corner.y() ^ corner.z()) >> kBlockShift ^ static_cast<int>(scan_number_)) & 1) != 0;
+           (((corner.x() ^ corner.y() ^ corner.z()) >> kBlockShift ^
+             static_cast<int>(scan_number_)) &
+            1) != 0;
   }
 
   /// Of what is unknown so far away, a quarter is asked in each scan: nodes of 32 voxels in turn.
   bool is_turn_of(const VoxelCoord& corner, float distance_m) const {
     constexpr int kTurnShift = 5;
-    const VoxelCoord node(corner.x() >> kTurnShift, corner.y() >> kTurnShift, corner.z() >> kTurnShift);
+    const VoxelCoord node(corner.x() >> kTurnShift, corner.y() >> kTurnShift,
+                          corner.z() >> kTurnShift);
     return is_first_ || distance_m <= sparse_m_ ||
-           ((static_cast<std::uint64_t>(node.x() + node.y() + 2 * node.z()) + scan_number_) & 3) == 0;
+           ((static_cast<std::uint64_t>(node.x() + node.y() + 2 * node.z()) + scan_number_) & 3) ==
+               0;
   }
 
   /// What the octants of a block that is bare or coarse have shown: those that are seen through as wholes.
@@ -229,23 +247,28 @@ class Carver {
       return;
     }
     add_free_octants(evidence_, free, std::popcount(free) * kOctantVoxels, pools_, volume_, *chunk_,
-                   chunk_->places[index]);
+                     chunk_->places[index]);
   }
 
   /// Octants that are seen through as wholes, but for a few voxels at their borders.
   OctantMask free_octants(const BlockVisit& visit, OctantMask known) const {
     const NodePose from = pose_for(visit);
     unsigned candidates = kAllOctants;
-    if (visit.views != nullptr && from.share < 1 && visit.views->distance_m[visit.child] > kMinLookVoxels * projector_.voxel_m) {
+    if (visit.views != nullptr && from.share < 1 &&
+        visit.views->distance_m[visit.child] > kMinLookVoxels * projector_.voxel_m) {
       // Most blocks that come here show nothing: one look at the middles of their octants tells.
-      const VoxelLook look(projector_, LinearView(*visit.views, visit.child), 0.5f * (kBlockEdge - 1), false);
+      const VoxelLook look(projector_, LinearView(*visit.views, visit.child),
+                           0.5f * (kBlockEdge - 1), false);
       candidates = look.at(kOctantMiddles, 0, kWhole).free & kAllOctants;
       if (candidates == kNoOctants) return kNoOctants;
-      if (look.fits() && visit.views->distance_m[visit.child] > kMinFarVoxels * projector_.voxel_m) {
+      if (look.fits() &&
+          visit.views->distance_m[visit.child] > kMinFarVoxels * projector_.voxel_m) {
         unsigned free = 0;
         for (unsigned open = candidates; open != 0; open &= open - 1) {
           const int octant = std::countr_zero(open);
-          free |= static_cast<unsigned>(is_seen_through(look, kOctantSlices[octant & 3], octant < 4 ? -2 : 2)) << octant;
+          free |= static_cast<unsigned>(
+                      is_seen_through(look, kOctantSlices[octant & 3], octant < 4 ? -2 : 2))
+                  << octant;
         }
         return static_cast<OctantMask>(free);
       }
@@ -254,7 +277,8 @@ class Carver {
     projector_.view_children(visit.corner, kOctantEdge, from, views);
     unsigned free = views.free;
     if (from.share < 1) {
-      for (unsigned open = views.mixed & views.gaps & candidates & ~unsigned{known}; open != 0; open &= open - 1) {
+      for (unsigned open = views.mixed & views.gaps & candidates & ~unsigned{known}; open != 0;
+           open &= open - 1) {
         const int child = std::countr_zero(open);
         const VoxelLook look(projector_, LinearView(views, child), 0.5f * (kOctantEdge - 1), false);
         free |= static_cast<unsigned>(is_seen_through(look, kOctantSlice, 0)) << child;
@@ -268,7 +292,8 @@ class Carver {
   static bool is_seen_through(const VoxelLook& look, const Offsets& slice, float z) {
     int num_unseen = 0;
     for (int i = 0; i < kOctantEdge && num_unseen <= kMaxUnseenVoxels; ++i) {
-      num_unseen += 16 - std::popcount(look.at(slice, z + static_cast<float>(i) - 1.5f, kWhole).free);
+      num_unseen +=
+          16 - std::popcount(look.at(slice, z + static_cast<float>(i) - 1.5f, kWhole).free);
     }
     return num_unseen <= kMaxUnseenVoxels;
   }
@@ -281,16 +306,20 @@ class Carver {
     const std::uint32_t place = chunk_ != nullptr ? chunk_->places[index] : 0;
     const unsigned occupied = Volume::has_block(place)
                                   ? occupied_octants(pools_.store.block(Volume::block_index(place)))
-                                  : Volume::coarse_value(place) > 0 ? kAllOctants : kNoOctants;
+                              : Volume::coarse_value(place) > 0 ? kAllOctants
+                                                                : kNoOctants;
     const int columns = projector_.projection.num_columns;
     const NodePose from = pose_for(visit);
-    if (may_be_far(visit, from) && look_up_block(LinearView(*visit.views, visit.child), occupied != kNoOctants, free, crossed)) {
+    if (may_be_far(visit, from) && look_up_block(LinearView(*visit.views, visit.child),
+                                                 occupied != kNoOctants, free, crossed)) {
       // Done.
     } else if (from.share < 1) {
       look_up_octants(visit.corner, {from.pose, 0}, kWhole, occupied, free, crossed);
     } else {
-      look_up_octants(visit.corner, {&projector_.image.poses.front(), 0}, {0, columns / 2, true}, occupied, free, crossed);
-      look_up_octants(visit.corner, {&projector_.image.poses.back(), 0}, {columns / 2, columns, true}, occupied, free, crossed);
+      look_up_octants(visit.corner, {&projector_.image.poses.front(), 0}, {0, columns / 2, true},
+                      occupied, free, crossed);
+      look_up_octants(visit.corner, {&projector_.image.poses.back(), 0},
+                      {columns / 2, columns, true}, occupied, free, crossed);
     }
     const BlockBits& hit = marked != nullptr ? marked->hit : kNone;
     for (int z = 0; z < kBlockEdge; ++z) free.word[z] &= ~hit.word[z];
@@ -301,12 +330,13 @@ class Carver {
       return;
     }
     result_.voxels_declined +=
-        apply_to_place(is_sparse(visit) && !is_first_ ? twice_free_ : evidence_, free, crossed, hit, pools_, volume_, *chunk_,
-                     chunk_->places[index]);
+        apply_to_place(is_sparse(visit) && !is_first_ ? twice_free_ : evidence_, free, crossed, hit,
+                       pools_, volume_, *chunk_, chunk_->places[index]);
   }
 
   /// Looks up a block from its own view. @return false when it has too many pixels for that
-  bool look_up_block(const LinearView& view, bool has_occupied, BlockBits& free, BlockBits& crossed) const {
+  bool look_up_block(const LinearView& view, bool has_occupied, BlockBits& free,
+                     BlockBits& crossed) const {
     const VoxelLook look(projector_, view, 0.5f * (kBlockEdge - 1), has_occupied);
     if (look.fits()) look.at_block(free, crossed);
     return look.fits();
@@ -314,15 +344,16 @@ class Carver {
 
   /// Looks up a block octant by octant with one pose, as far as its columns belong to it.
   /// @param occupied  octants with occupied voxels
-  void look_up_octants(const VoxelCoord& corner, const NodePose& from, const ColumnWindow& window, unsigned occupied,
-                     BlockBits& free, BlockBits& crossed) const {
+  void look_up_octants(const VoxelCoord& corner, const NodePose& from, const ColumnWindow& window,
+                       unsigned occupied, BlockBits& free, BlockBits& crossed) const {
     NodeViews views;
     projector_.view_children(corner, kOctantEdge, from, views);
     // What is decided for octants is right for one pose only; where two meet, each voxel is asked. Elsewhere, only beams
     // that may see through something, or clear it, are of interest.
     const unsigned seen = window.is_seam ? 0 : views.free;
-    const unsigned ask = window.is_seam ? views.free | views.mixed
-                                        : (views.mixed & (views.gaps | occupied)) | (views.free & occupied);
+    const unsigned ask = window.is_seam
+                             ? views.free | views.mixed
+                             : (views.mixed & (views.gaps | occupied)) | (views.free & occupied);
     for (int child = 0; child < 8; ++child) {
       const VoxelCoord local = child_corner_of(VoxelCoord::Zero(), kOctantEdge, child);
       const int shift = local.x() + 8 * local.y();
@@ -330,7 +361,8 @@ class Carver {
         for (int z = 0; z < kOctantEdge; ++z) free.word[local.z() + z] |= kOctantRows << shift;
       }
       if ((ask >> child & 1) == 0) continue;
-      const VoxelLook look(projector_, LinearView(views, child), 0.5f * (kOctantEdge - 1), (occupied >> child & 1) != 0);
+      const VoxelLook look(projector_, LinearView(views, child), 0.5f * (kOctantEdge - 1),
+                           (occupied >> child & 1) != 0);
       for (int z = 0; z < kOctantEdge; ++z) {
         const SliceBits bits = look.at(kOctantSlice, static_cast<float>(z) - 1.5f, window);
         free.word[local.z() + z] |= spread(bits.free) << shift;
@@ -344,7 +376,8 @@ class Carver {
     return (bits & 0xf) | ((bits & 0xf0) << 4) | ((bits & 0xf00) << 8) | ((bits & 0xf000) << 12);
   }
 
-  static constexpr std::uint64_t kOctantRows = 0x0f0f0f0f;  ///< of an octant at 0, in one word of BlockBits
+  static constexpr std::uint64_t kOctantRows =
+      0x0f0f0f0f;  ///< of an octant at 0, in one word of BlockBits
   static constexpr std::uint64_t kFull = ~std::uint64_t{0};
   static constexpr BlockBits kAll{{kFull, kFull, kFull, kFull, kFull, kFull, kFull, kFull}};
   static constexpr BlockBits kNone{};
@@ -356,9 +389,9 @@ class Carver {
   ScanMarks& marks_;
   VoxelPools& pools_;
   Volume& volume_;
-  float reach_m_;        ///< no beam ends further from where the sensor was in the middle of the scan
-  float sparse_m_;       ///< from here on rows are more than a voxel apart
-  bool is_first_;        ///< there may be no other scan to wait for
+  float reach_m_;   ///< no beam ends further from where the sensor was in the middle of the scan
+  float sparse_m_;  ///< from here on rows are more than a voxel apart
+  bool is_first_;   ///< there may be no other scan to wait for
 
   ChunkCoord chunk_coord_ = ChunkCoord::Zero();
   Chunk* chunk_ = nullptr;
@@ -366,7 +399,9 @@ class Carver {
   ProjectiveResult result_;
 };
 
-ProjectiveResult integrate_projective_vectors(const ProjectiveJob& job) { return Carver(job).run(); }
+ProjectiveResult integrate_projective_vectors(const ProjectiveJob& job) {
+  return Carver(job).run();
+}
 
 }  // namespace cloister::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -22,9 +22,9 @@ struct ProjectiveJob {
 /// What it did, in numbers.
 struct ProjectiveResult {
   std::size_t nodes_tested = 0;
-  std::size_t blocks_free = 0;     ///< decided as a whole
-  std::size_t blocks_coarse = 0;   ///< decided by their octants
-  std::size_t blocks_mixed = 0;    ///< decided voxel by voxel
+  std::size_t blocks_free = 0;    ///< decided as a whole
+  std::size_t blocks_coarse = 0;  ///< decided by their octants
+  std::size_t blocks_mixed = 0;   ///< decided voxel by voxel
   std::size_t voxels_declined = 0;
 };
 

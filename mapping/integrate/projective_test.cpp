@@ -1,11 +1,11 @@
 #include "mapping/integrate/projective.hpp"
 
-#include <doctest/doctest.h>
-
 #include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
+
+#include <doctest/doctest.h>
 
 #include "mapping/integrate/scene_for_tests.hpp"
 
@@ -54,7 +54,8 @@ TEST_CASE("a door frame keeps its edges and the doorway becomes free") {
     CHECK(map.share_of_layers(right) == 1);
     CHECK(map.share(lintel, VoxelState::kOccupied) > 0.85);
     CHECK(map.share(wall, VoxelState::kOccupied) > 0.99);
-    CHECK(map.share(map.voxels_in({2.95f, -0.37f, -0.7f}, {3.2f, 0.37f, 0.7f}), VoxelState::kFree) > 0.995);
+    CHECK(map.share(map.voxels_in({2.95f, -0.37f, -0.7f}, {3.2f, 0.37f, 0.7f}), VoxelState::kFree) >
+          0.995);
   }
 }
 
@@ -64,7 +65,8 @@ TEST_CASE("table legs of 4 cm survive a hundred scans from one to four metres") 
   const std::size_t first_leg = scene.boxes.size();
   for (int leg = 0; leg < 4; ++leg) {
     const double around = 0.4 + 1.5 * leg;
-    const Eigen::Vector2f middle = (Eigen::Vector2d(std::cos(around), std::sin(around)) * (1 + leg)).cast<float>();
+    const Eigen::Vector2f middle =
+        (Eigen::Vector2d(std::cos(around), std::sin(around)) * (1 + leg)).cast<float>();
     scene.boxes.push_back(upright_bar({middle.x(), middle.y(), -0.35f}, 0.04f, 0.7f));
   }
   for (const SpinningSensor& sensor : {wide_sensor(), long_range_sensor()}) {
@@ -80,7 +82,8 @@ TEST_CASE("table legs of 4 cm survive a hundred scans from one to four metres") 
           // Where all scans see it: not at the border of the field of view.
           const float low_z = std::max(-0.6f, -0.2f * static_cast<float>(1 + leg));
           const Eigen::Vector3f margin(0.005f, 0.005f, -0.02f);
-          map.add_hit_voxels({box.low.x() - 0.005f, box.low.y() - 0.005f, low_z}, box.high + margin, legs[leg]);
+          map.add_hit_voxels({box.low.x() - 0.005f, box.low.y() - 0.005f, low_z}, box.high + margin,
+                             legs[leg]);
         }
       }
       for (int leg = 0; leg < 4; ++leg) {
@@ -101,7 +104,8 @@ TEST_CASE("railings of 4 cm bars stay occupied from two to five metres") {
     scene.add_room({-4, -5, -1.2f}, {9, 5, 1.6f});
     const std::size_t first_bar = scene.boxes.size();
     for (int bar = -12; bar <= 12; ++bar) {
-      scene.boxes.push_back(upright_bar({distance, 0.12f * static_cast<float>(bar), -0.7f}, 0.04f, 1));
+      scene.boxes.push_back(
+          upright_bar({distance, 0.12f * static_cast<float>(bar), -0.7f}, 0.04f, 1));
     }
     SceneMap map(geometry);
     std::vector<VoxelSet> bars(25);
@@ -136,7 +140,8 @@ TEST_CASE("a floor seen at two degrees stays occupied for five hundred scans") {
         return T;
       };
       Scan seen = see(scene, geometry, motion);
-      for (int column = 0; column < 512; ++column) seen.column_valid[column] = std::abs(column - 256) < 48;
+      for (int column = 0; column < 512; ++column)
+        seen.column_valid[column] = std::abs(column - 256) < 48;
       map.integrate(seen);
       map.add_hit_voxels({11.5f, -5, -1}, {19, 5, 0}, grazed);
       map.add_hit_voxels({5, -2.2f, -1}, {19, 2.2f, 0}, all);
@@ -156,7 +161,9 @@ TEST_CASE("the ground under the robot stays occupied") {
     SceneMap map(geometry);
     VoxelSet ground;
     for (int scan = 0; scan < 40; ++scan) {
-      map.integrate(see(scene, geometry, [scan](double seconds) { return upright_pose(0.1 * scan + seconds, 0, 0); }));
+      map.integrate(see(scene, geometry, [scan](double seconds) {
+        return upright_pose(0.1 * scan + seconds, 0, 0);
+      }));
       map.add_hit_voxels({0, -1, -0.75f}, {4, 1, -0.5f}, ground);
     }
     CHECK(ground.size() > 1500);
@@ -178,7 +185,9 @@ std::tuple<double, double, int> watch(const Visit& visit, int scans) {
   Scene occupied_room = room;
   occupied_room.cylinders.push_back({{visit.distance, 0.4f}, 0.25f, -1.2f, 0.5f});
   const ScanGeometry geometry = geometry_of(visit.sensor);
-  const auto motion = [&](int scan) { return visit.sways ? swaying_from(scan) : standing(swaying(0.3)); };
+  const auto motion = [&](int scan) {
+    return visit.sways ? swaying_from(scan) : standing(swaying(0.3));
+  };
   SceneMap map(geometry);
   VoxelSet person;
   // Where all scans see it: not at the border of the field of view.
@@ -193,16 +202,20 @@ std::tuple<double, double, int> watch(const Visit& visit, int scans) {
   for (int scan = 20; scan < 20 + scans; ++scan) map.integrate(see(room, geometry, motion(scan)));
   VoxelSet blocks;
   person.for_each([&](const VoxelCoord& v) {
-    if (map.volume.view(map.store, parent_coord(v)).block != nullptr) blocks.insert(parent_coord(v));
+    if (map.volume.view(map.store, parent_coord(v)).block != nullptr)
+      blocks.insert(parent_coord(v));
   });
   return {before, map.share(person, VoxelState::kOccupied), static_cast<int>(blocks.size())};
 }
 
-TEST_CASE("a person who leaves is free within a second of being seen through, and its blocks return to the pool") {
-  for (const Visit& visit : {Visit{long_range_sensor(), 3, true}, Visit{long_range_sensor(), 5, true},
-                             Visit{long_range_sensor(), 3, false}, Visit{long_range_sensor(), 5, false},
-                             Visit{wide_sensor(), 1.5f, true}, Visit{wide_sensor(), 1.5f, false},
-                             Visit{wide_sensor(), 3, false}}) {
+TEST_CASE(
+    "a person who leaves is free within a second of being seen through, and its blocks return to "
+    "the pool") {
+  for (const Visit& visit :
+       {Visit{long_range_sensor(), 3, true}, Visit{long_range_sensor(), 5, true},
+        Visit{long_range_sensor(), 3, false}, Visit{long_range_sensor(), 5, false},
+        Visit{wide_sensor(), 1.5f, true}, Visit{wide_sensor(), 1.5f, false},
+        Visit{wide_sensor(), 3, false}}) {
     CAPTURE(visit.sensor.ring_radius_m);
     CAPTURE(visit.distance);
     CAPTURE(visit.sways);
@@ -213,7 +226,9 @@ TEST_CASE("a person who leaves is free within a second of being seen through, an
   }
 }
 
-TEST_CASE("where rows are further apart than voxels, a person who leaves is free once beams have passed everywhere") {
+TEST_CASE(
+    "where rows are further apart than voxels, a person who leaves is free once beams have passed "
+    "everywhere") {
   for (const float distance : {3.0f, 5.0f}) {
     CAPTURE(distance);
     const auto [before, after, blocks_left] = watch({wide_sensor(), distance, true}, 40);
@@ -223,12 +238,16 @@ TEST_CASE("where rows are further apart than voxels, a person who leaves is free
   }
 }
 
-TEST_CASE("walls stay where they are at all azimuths while the sensor moves at 1 m/s and turns at 1 rad/s") {
+TEST_CASE(
+    "walls stay where they are at all azimuths while the sensor moves at 1 m/s and turns at 1 "
+    "rad/s") {
   const Eigen::Vector3f low(-4.03f, -4.01f, -1.21f), high(4.02f, 4.04f, 1.63f);
   Scene scene;
   scene.add_room(low, high);
   // On a circle of a metre around the middle: the seam of the scans looks everywhere in turn.
-  const auto on_circle = [](double time) { return upright_pose(std::sin(time), -std::cos(time), 0.02, time); };
+  const auto on_circle = [](double time) {
+    return upright_pose(std::sin(time), -std::cos(time), 0.02, time);
+  };
   for (const SpinningSensor& sensor : {wide_sensor(), long_range_sensor()}) {
     CAPTURE(sensor.ring_radius_m);
     const ScanGeometry geometry = geometry_of(sensor);
@@ -237,7 +256,8 @@ TEST_CASE("walls stay where they are at all azimuths while the sensor moves at 1
       SceneMap map(geometry);
       std::array<VoxelSet, 16> walls;  // by azimuth
       for (int scan = 0; scan < num_scans; ++scan) {
-        map.integrate(see(scene, geometry, [&](double seconds) { return on_circle(0.1 * scan + seconds); }));
+        map.integrate(
+            see(scene, geometry, [&](double seconds) { return on_circle(0.1 * scan + seconds); }));
         VoxelSet hits;
         map.add_hit_voxels({-5, -5, -1.1f}, {5, 5, 1.5f}, hits);
         hits.for_each([&](const VoxelCoord& v) {
@@ -253,7 +273,8 @@ TEST_CASE("walls stay where they are at all azimuths while the sensor moves at 1
       int num_occupied = 0, num_stray = 0, num_carved = 0;
       map.volume.for_each_block(map.store, [&](const BlockCoord& block, const BlockView& view) {
         for (int i = 0; i < kBlockVoxels; ++i) {
-          const Eigen::Vector3f p = map.centre_of(block * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6));
+          const Eigen::Vector3f p =
+              map.centre_of(block * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6));
           const float inside_m = std::min((p - low).minCoeff(), (high - p).minCoeff());
           num_occupied += view.at(i) > 0;
           num_stray += view.at(i) > 0 && std::abs(inside_m) > 0.06f;
@@ -265,8 +286,8 @@ TEST_CASE("walls stay where they are at all azimuths while the sensor moves at 1
       CHECK(num_carved == 0);
       if (num_scans == 1) continue;
       const Eigen::Vector3f margin = Eigen::Vector3f::Constant(0.13f);
-      const VoxelSet inside =
-          map.voxels_in({low.x() + 0.13f, low.y() + 0.13f, -0.5f}, {high.x() - 0.13f, high.y() - 0.13f, 0.5f});
+      const VoxelSet inside = map.voxels_in({low.x() + 0.13f, low.y() + 0.13f, -0.5f},
+                                            {high.x() - 0.13f, high.y() - 0.13f, 0.5f});
       CHECK(map.share(inside, VoxelState::kFree) > 0.99);
       CHECK(map.share(map.voxels_in(low + margin, high - margin), VoxelState::kOccupied) == 0);
     }
@@ -285,8 +306,10 @@ TEST_CASE("lost pixels between two others do not stop free space from being coar
     SceneMap expected(geometry), map(geometry);
     const IntegrationResult of_whole = expected.integrate(whole);
     const IntegrationResult of_holed = map.integrate(holed);
-    CHECK(static_cast<double>(of_holed.blocks_free) > 0.99 * static_cast<double>(of_whole.blocks_free));
-    CHECK(static_cast<double>(map.volume.num_blocks()) < 1.02 * static_cast<double>(expected.volume.num_blocks()));
+    CHECK(static_cast<double>(of_holed.blocks_free) >
+          0.99 * static_cast<double>(of_whole.blocks_free));
+    CHECK(static_cast<double>(map.volume.num_blocks()) <
+          1.02 * static_cast<double>(expected.volume.num_blocks()));
     const VoxelSet inside = map.voxels_in({-6, -6, -1}, {6, 6, 2});
     CHECK(map.share(inside, VoxelState::kFree) > expected.share(inside, VoxelState::kFree) - 0.005);
   }

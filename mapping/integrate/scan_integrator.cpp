@@ -25,8 +25,9 @@ IntegrationResult ScanIntegrator::integrate(const ScanBeams& scan, const Eigen::
   marks_.mark_returns(scan);
   result.blocks_hit = marks_.num_blocks();
   if (scan.is_image()) {
-    const ProjectiveResult carved = integrate_projective(
-        {scan.image(), evidence_, config_.voxel_size_m, config_.max_range_m, num_scans_++, marks_, pools, volume});
+    const ProjectiveResult carved =
+        integrate_projective({scan.image(), evidence_, config_.voxel_size_m, config_.max_range_m,
+                              num_scans_++, marks_, pools, volume});
     result.blocks_free = carved.blocks_free;
     result.blocks_mixed = carved.blocks_mixed + carved.blocks_coarse;
     result.voxels_declined = carved.voxels_declined;

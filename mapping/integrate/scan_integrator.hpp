@@ -29,8 +29,8 @@ class ScanIntegrator {
   explicit ScanIntegrator(const VoxelConfig& config);
 
   /// @param sensor_S  where the sensor was, to within a few metres
-  IntegrationResult integrate(const ScanBeams& scan, const Eigen::Vector3f& sensor_S, VoxelPools& pools,
-                              Volume& volume);
+  IntegrationResult integrate(const ScanBeams& scan, const Eigen::Vector3f& sensor_S,
+                              VoxelPools& pools, Volume& volume);
 
  private:
   VoxelConfig config_;

@@ -1,7 +1,5 @@
 #include "mapping/integrate/scan_integrator.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <doctest/doctest.h>
 #include <hwy/targets.h>
 
 #include "mapping/integrate/scene_for_tests.hpp"
@@ -24,7 +23,8 @@ struct Fixture {
     pools.take_all();
   }
   /// Integrates points seen from `origin` as one cloud.
-  IntegrationResult integrate(const std::vector<Eigen::Vector3f>& points, const Eigen::Vector3f& origin) {
+  IntegrationResult integrate(const std::vector<Eigen::Vector3f>& points,
+                              const Eigen::Vector3f& origin) {
     Scan scan;
     scan.kind = Scan::Kind::kCloud;
     scan.points_L = points;
@@ -37,8 +37,9 @@ struct Fixture {
   }
   [[nodiscard]] LogOdds at(const Eigen::Vector3f& p) const {
     const Eigen::Vector3f v = p / static_cast<float>(config.voxel_size_m);
-    return volume.at(store, {static_cast<int>(std::floor(v.x())), static_cast<int>(std::floor(v.y())),
-                             static_cast<int>(std::floor(v.z()))});
+    return volume.at(store,
+                     {static_cast<int>(std::floor(v.x())), static_cast<int>(std::floor(v.y())),
+                      static_cast<int>(std::floor(v.z()))});
   }
   VoxelConfig config;
   VoxelStore store;
@@ -64,7 +65,8 @@ TEST_CASE("voxels on the way agree with densely sampled rays") {
   std::uniform_real_distribution<float> coordinate(-8, 8);
   const Eigen::Vector3f origin(0.3f, -0.2f, 0.1f);
   std::vector<Eigen::Vector3f> points;
-  for (int i = 0; i < 300; ++i) points.emplace_back(coordinate(rng), coordinate(rng), coordinate(rng));
+  for (int i = 0; i < 300; ++i)
+    points.emplace_back(coordinate(rng), coordinate(rng), coordinate(rng));
   f.integrate(points, origin);
   int num_checked = 0;
   for (const Eigen::Vector3f& point : points) {
@@ -156,7 +158,8 @@ Pose tilted_pose() {
 Motion walking_from(int scan) {
   return [scan](double seconds) {
     const double time = 0.1 * scan + seconds;
-    return upright_pose(std::sin(time), -std::cos(time), 0.02 * std::sin(3 * time), time) * tilted_pose();
+    return upright_pose(std::sin(time), -std::cos(time), 0.02 * std::sin(3 * time), time) *
+           tilted_pose();
   };
 }
 
@@ -178,7 +181,8 @@ TEST_CASE("every instruction set of this machine gives the same map, bit by bit"
     const ScanGeometry geometry = geometry_of(sensor);
     std::vector<Scan> scans;
     for (int scan = 0; scan < 3; ++scan) scans.push_back(see(scene, geometry, walking_from(scan)));
-    for (int scan = 0; scan < 2; ++scan) scans.push_back(see(scene, geometry, standing(tilted_pose())));
+    for (int scan = 0; scan < 2; ++scan)
+      scans.push_back(see(scene, geometry, standing(tilted_pose())));
     const auto integrate_all = [&] {
       SceneMap map(geometry);
       for (const Scan& scan : scans) map.integrate(scan);
@@ -226,7 +230,8 @@ TEST_CASE("full pools decline an image's updates, count them, and keep what is t
   const Scan scan = see(furnished_room(), geometry, standing(tilted_pose()));
   SceneMap roomy(geometry);
   CHECK(roomy.integrate(scan).voxels_declined == 0);
-  for (const auto& [blocks, chunks] : {std::pair<std::size_t, std::size_t>{100, 2000}, {20'000, 5}, {0, 0}}) {
+  for (const auto& [blocks, chunks] :
+       {std::pair<std::size_t, std::size_t>{100, 2000}, {20'000, 5}, {0, 0}}) {
     CAPTURE(blocks);
     CAPTURE(chunks);
     SceneMap map(geometry, {}, blocks, chunks);
@@ -240,7 +245,8 @@ TEST_CASE("full pools decline an image's updates, count them, and keep what is t
     map.volume.for_each_block(map.store, [&](const BlockCoord& block, const BlockView& view) {
       const BlockView other = roomy.volume.view(roomy.store, block);
       for (int i = 0; i < kBlockVoxels; ++i) {
-        num_strange += view.at(i) != kUnknownLogOdds && state_of(view.at(i)) != state_of(other.at(i));
+        num_strange +=
+            view.at(i) != kUnknownLogOdds && state_of(view.at(i)) != state_of(other.at(i));
       }
     });
     CHECK(num_strange == 0);
@@ -251,7 +257,8 @@ TEST_CASE("hits outweigh what an image's beams cross in the same scan") {
   const ScanGeometry geometry = geometry_of(long_range_sensor());
   SceneMap map(geometry);
   map.integrate(see(furnished_room(), geometry, walking_from(0)));
-  for (std::size_t i = 0; i < map.beams.num_returns(); ++i) REQUIRE(map.at(map.beams.return_S(i)) == 17);
+  for (std::size_t i = 0; i < map.beams.num_returns(); ++i)
+    REQUIRE(map.at(map.beams.return_S(i)) == 17);
 }
 
 /// What the documented rule makes of a voxel in a fresh map, by itself and in double precision. Where it is a matter of
@@ -259,7 +266,9 @@ TEST_CASE("hits outweigh what an image's beams cross in the same scan") {
 class Rule {
  public:
   explicit Rule(const SceneMap& map)
-      : image_(map.beams.image()), projection_(*image_.projection), voxel_m_(map.config.voxel_size_m) {
+      : image_(map.beams.image()),
+        projection_(*image_.projection),
+        voxel_m_(map.config.voxel_size_m) {
     for (std::size_t i = 0; i < map.beams.num_returns(); ++i) {
       const VoxelCoord voxel = map.voxel_of(map.beams.return_S(i));
       hit_.insert(voxel);
@@ -279,8 +288,9 @@ class Rule {
       least_free[octant_of(i)] += is_surely_free[i];
       most_free[octant_of(i)] += may_be_free[i];
     }
-    const double distance =
-        (corner + Eigen::Vector3d::Constant(kOctantEdge) - image_.poses.front().t_S.cast<double>() / voxel_m_).norm();
+    const double distance = (corner + Eigen::Vector3d::Constant(kOctantEdge) -
+                             image_.poses.front().t_S.cast<double>() / voxel_m_)
+                                .norm();
     std::array<std::pair<bool, bool>, 8> middles;
     for (int i = 0; i < 8; ++i) {
       middles[i] = sees_through(corner + Eigen::Vector3d(i & 1, i >> 1 & 1, i >> 2) * kOctantEdge +
@@ -295,7 +305,8 @@ class Rule {
     for (int i = 0; i < kBlockVoxels; ++i) {
       const int octant = octant_of(i);
       const auto [middle_is_free, middle_may_be_free] = middles[octant];
-      if (has_hits ? is_surely_free[i] : middle_is_free && least_free[octant] >= kEnough) states[i] = VoxelState::kFree;
+      if (has_hits ? is_surely_free[i] : middle_is_free && least_free[octant] >= kEnough)
+        states[i] = VoxelState::kFree;
       if (has_hits ? !may_be_free[i] : !middle_may_be_free || most_free[octant] < kEnough) {
         states[i] = VoxelState::kUnknown;
       }
@@ -337,32 +348,43 @@ class Rule {
     const double distance = std::hypot(axis - projection_.ring_radius_m, z) + offset.distance_m;
     const double columns = projection_.num_columns;
     double column =
-        (std::atan2(p_L.y(), p_L.x()) - projection_.azimuth0_rad) * projection_.columns_per_rad + offset.columns;
+        (std::atan2(p_L.y(), p_L.x()) - projection_.azimuth0_rad) * projection_.columns_per_rad +
+        offset.columns;
     column -= columns * std::floor(column / columns);
     const double step = (1 + z / distance) / 2 * SphericalProjection::kSineSteps;
     const int at = std::clamp(static_cast<int>(step), 0, SphericalProjection::kSineSteps);
-    const double lower = projection_.row_of_sine[at], rise = projection_.row_of_sine[at + 1] - lower;
+    const double lower = projection_.row_of_sine[at],
+                 rise = projection_.row_of_sine[at + 1] - lower;
     const double row = lower + rise * (step - at) + offset.rows;
     // As far as a voxel reaches along the directions of rising azimuth and elevation.
-    const double c = p_L.x() / axis, s = p_L.y() / axis, cos_up = (axis - projection_.ring_radius_m) / distance;
+    const double c = p_L.x() / axis, s = p_L.y() / axis,
+                 cos_up = (axis - projection_.ring_radius_m) / distance;
     const Eigen::Vector3d around_S = R_L_S.transpose() * Eigen::Vector3d(-s, c, 0);
-    const Eigen::Vector3d up_S = R_L_S.transpose() * Eigen::Vector3d(-c * z / distance, -s * z / distance, cos_up);
+    const Eigen::Vector3d up_S =
+        R_L_S.transpose() * Eigen::Vector3d(-c * z / distance, -s * z / distance, cos_up);
     const double half_voxel_m = 0.5 * offset.reach * voxel_m_;
-    const double column_reach = half_voxel_m * around_S.lpNorm<1>() / axis * std::abs(projection_.columns_per_rad);
-    const double rows_per_rad = std::abs(rise) * SphericalProjection::kSineSteps / 2 * std::abs(cos_up);
+    const double column_reach =
+        half_voxel_m * around_S.lpNorm<1>() / axis * std::abs(projection_.columns_per_rad);
+    const double rows_per_rad =
+        std::abs(rise) * SphericalProjection::kSineSteps / 2 * std::abs(cos_up);
     const double row_reach = half_voxel_m * up_S.lpNorm<1>() / distance * rows_per_rad;
     const int last_row = projection_.num_rows() - 1;
-    if (column_reach < 0.5 || row_reach < 0.5) {  // voxels are narrower than pixels: what do all four beams around prove?
-      const int row0 = static_cast<int>(std::floor(row)), column0 = static_cast<int>(std::floor(column));
+    if (column_reach < 0.5 ||
+        row_reach < 0.5) {  // voxels are narrower than pixels: what do all four beams around prove?
+      const int row0 = static_cast<int>(std::floor(row)),
+                column0 = static_cast<int>(std::floor(column));
       return row0 >= 0 && row0 < last_row && pixel(image_.gap_free_m, row0, column0) >= distance;
     }
     const double beam_row = std::clamp(std::round(row), 0.0, static_cast<double>(last_row));
     const double beam_column = std::round(column);
-    return std::abs(row - beam_row) <= row_reach && std::abs(column - beam_column) <= column_reach &&
-           pixel(image_.free_m, static_cast<int>(beam_row), static_cast<int>(beam_column)) >= distance;
+    return std::abs(row - beam_row) <= row_reach &&
+           std::abs(column - beam_column) <= column_reach &&
+           pixel(image_.free_m, static_cast<int>(beam_row), static_cast<int>(beam_column)) >=
+               distance;
   }
   [[nodiscard]] float pixel(const std::vector<float>& image, int row, int column) const {
-    return image[static_cast<std::size_t>(row) * image_.stride + (column & (projection_.num_columns - 1))];
+    return image[static_cast<std::size_t>(row) * image_.stride +
+                 (column & (projection_.num_columns - 1))];
   }
 
   const RangeImage& image_;
@@ -378,7 +400,8 @@ TEST_CASE("a scan's map agrees with the beam model evaluated voxel by voxel") {
     SceneMap map(geometry);
     map.integrate(see(furnished_room(), geometry, standing(tilted_pose())));
     const Rule rule(map);
-    std::int64_t num_known = 0, num_uncertain = 0, num_too_free = 0, num_too_unknown = 0, num_wrong_hits = 0;
+    std::int64_t num_known = 0, num_uncertain = 0, num_too_free = 0, num_too_unknown = 0,
+                 num_wrong_hits = 0;
     for (int z = -4; z < 5; ++z) {
       for (int y = -14; y < 12; ++y) {
         for (int x = -12; x < 16; ++x) {
@@ -390,7 +413,8 @@ TEST_CASE("a scan's map agrees with the beam model evaluated voxel by voxel") {
             num_known += state != VoxelState::kUnknown;
             num_uncertain += !expected[i];
             if (!expected[i]) continue;
-            num_wrong_hits += (state == VoxelState::kOccupied) != (expected[i] == VoxelState::kOccupied);
+            num_wrong_hits +=
+                (state == VoxelState::kOccupied) != (expected[i] == VoxelState::kOccupied);
             num_too_free += state == VoxelState::kFree && expected[i] == VoxelState::kUnknown;
             num_too_unknown += state == VoxelState::kUnknown && expected[i] == VoxelState::kFree;
           }
@@ -402,7 +426,8 @@ TEST_CASE("a scan's map agrees with the beam model evaluated voxel by voxel") {
     CHECK(num_known > 150'000);
     CHECK(static_cast<double>(num_uncertain) < 0.05 * static_cast<double>(num_known));
     CHECK(num_wrong_hits == 0);
-    CHECK(static_cast<double>(num_too_free + num_too_unknown) < 0.001 * static_cast<double>(num_known));
+    CHECK(static_cast<double>(num_too_free + num_too_unknown) <
+          0.001 * static_cast<double>(num_known));
   }
 }
 

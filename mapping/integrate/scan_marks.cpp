@@ -19,7 +19,8 @@ using Int4 = std::int32_t __attribute__((vector_size(16)));
 constexpr std::size_t kBatch = 256;
 
 /// Voxel of each coordinate along one axis: rounded down, without the library call that rounding is on old processors.
-void voxels_along(const float* metres, std::size_t count, float voxels_per_metre, std::int32_t* voxels) {
+void voxels_along(const float* metres, std::size_t count, float voxels_per_metre,
+                  std::int32_t* voxels) {
   for (std::size_t i = 0; i < count; ++i) {
     const float place = metres[i] * voxels_per_metre;
     const auto towards_zero = static_cast<std::int32_t>(place);
@@ -32,12 +33,14 @@ constexpr std::size_t kMinBlocksPerChunk = 8;
 
 }  // namespace
 
-ScanMarks::ScanMarks(double voxel_size_m, double max_range_m, double slack_m, std::size_t max_blocks)
+ScanMarks::ScanMarks(double voxel_size_m, double max_range_m, double slack_m,
+                     std::size_t max_blocks)
     : voxels_per_metre_(static_cast<float>(1.0 / voxel_size_m)), max_blocks_(max_blocks) {
   const double chunk_m = voxel_size_m * kBlockEdge * kChunkEdge;
   window_edge_ = 2 * static_cast<int>(std::ceil((max_range_m + slack_m) / chunk_m)) + 2;
   window_origin_.setZero();
-  const std::size_t window_chunks = static_cast<std::size_t>(window_edge_) * window_edge_ * window_edge_;
+  const std::size_t window_chunks =
+      static_cast<std::size_t>(window_edge_) * window_edge_ * window_edge_;
   max_chunks_ = std::min(window_chunks, max_blocks / kMinBlocksPerChunk);
   window_.assign(window_chunks, 0);
   used_chunks_.reserve(max_chunks_);
@@ -83,7 +86,8 @@ ScanMarks::Marked* ScanMarks::find_or_make(const BlockCoord& block) {
     used_chunks_.push_back(static_cast<std::uint32_t>(index));
     chunk_slot = static_cast<Slot>(used_chunks_.size());
   }
-  Slot& block_slot = chunk_slots_[(chunk_slot - 1) * std::size_t{kChunkBlocks} + index_in_block(block)];
+  Slot& block_slot =
+      chunk_slots_[(chunk_slot - 1) * std::size_t{kChunkBlocks} + index_in_block(block)];
   if (block_slot == 0) {
     if (num_blocks_ == max_blocks_) return nullptr;
     Marked& fresh = blocks_[num_blocks_++];

@@ -67,7 +67,8 @@ class ScanMarks {
   ChunkCoord window_origin_;                ///< lowest chunk of the window
   std::vector<Slot> window_;                ///< [edge^3] chunk -> entry of chunk_slots_
   std::vector<std::uint32_t> used_chunks_;  ///< entries of window_ in use
-  std::unique_ptr<Slot[]> chunk_slots_;     ///< [max chunks x 512] block -> entry of blocks_; emptied when first used
+  std::unique_ptr<Slot[]>
+      chunk_slots_;  ///< [max chunks x 512] block -> entry of blocks_; emptied when first used
   std::unique_ptr<Marked[]> blocks_;
   std::size_t max_blocks_;
   std::size_t max_chunks_;

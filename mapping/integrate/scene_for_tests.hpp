@@ -1,7 +1,5 @@
 #pragma once
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -10,6 +8,8 @@
 #include <random>
 #include <unordered_set>
 #include <vector>
+
+#include <doctest/doctest.h>
 
 #include "mapping/integrate/scan_integrator.hpp"
 #include "mapping/scan/spinning_sensor_for_tests.hpp"
@@ -51,12 +51,15 @@ struct Scene {
     }
     for (const Cylinder& cylinder : cylinders) {
       const Eigen::Vector2f to = origin.head<2>() - cylinder.middle, along = direction.head<2>();
-      const float a = along.squaredNorm(), b = to.dot(along), c = to.squaredNorm() - cylinder.radius * cylinder.radius;
+      const float a = along.squaredNorm(), b = to.dot(along),
+                  c = to.squaredNorm() - cylinder.radius * cylinder.radius;
       const float enter = (-b - std::sqrt(std::max(b * b - a * c, 0.0f))) / a;
       const float z = origin.z() + enter * direction.z();
-      if (b * b > a * c && enter > 0 && z > cylinder.low_z && z < cylinder.high_z) nearest = std::min(nearest, enter);
+      if (b * b > a * c && enter > 0 && z > cylinder.low_z && z < cylinder.high_z)
+        nearest = std::min(nearest, enter);
       const float to_top = (cylinder.high_z - origin.z()) / direction.z();
-      if (to_top > 0 && (to + to_top * along).norm() < cylinder.radius) nearest = std::min(nearest, to_top);
+      if (to_top > 0 && (to + to_top * along).norm() < cylinder.radius)
+        nearest = std::min(nearest, to_top);
     }
     return nearest;
   }
@@ -88,8 +91,10 @@ inline Scan see(const Scene& scene, const ScanGeometry& geometry, const Motion& 
     const Eigen::Vector3f t_S_L = T_S_L.translation().cast<float>();
     for (int beam = 0; beam < geometry.num_beams; ++beam) {
       const std::size_t pixel = static_cast<std::size_t>(beam) * geometry.num_columns + column;
-      const float range_m = scene.cast(R_S_L * geometry.origin_L[pixel] + t_S_L, R_S_L * geometry.direction_L[pixel]);
-      if (range_m < 120) scan.ranges_mm[pixel] = static_cast<std::uint32_t>(std::lround(1000 * range_m));
+      const float range_m =
+          scene.cast(R_S_L * geometry.origin_L[pixel] + t_S_L, R_S_L * geometry.direction_L[pixel]);
+      if (range_m < 120)
+        scan.ranges_mm[pixel] = static_cast<std::uint32_t>(std::lround(1000 * range_m));
     }
   }
   scan.stamp = scan.column_stamps.back();
@@ -112,7 +117,9 @@ class VoxelSet {
   template <typename Visitor>
   void for_each(Visitor&& visit) const {
     for (const std::uint64_t key : keys_) {
-      const auto part = [&](int shift) { return static_cast<int>(key >> shift & 0x1fffff) - (1 << 20); };
+      const auto part = [&](int shift) {
+        return static_cast<int>(key >> shift & 0x1fffff) - (1 << 20);
+      };
       visit(VoxelCoord(part(0), part(21), part(42)));
     }
   }
@@ -127,8 +134,8 @@ class VoxelSet {
 
 /// A volume that scans are integrated into.
 struct SceneMap {
-  explicit SceneMap(const ScanGeometry& geometry, const VoxelConfig& voxel_config = {}, std::size_t blocks = 60'000,
-                    std::size_t chunks = 4'000)
+  explicit SceneMap(const ScanGeometry& geometry, const VoxelConfig& voxel_config = {},
+                    std::size_t blocks = 60'000, std::size_t chunks = 4'000)
       : config(voxel_config),
         store(blocks, chunks),
         pools(store),
@@ -140,16 +147,22 @@ struct SceneMap {
   IntegrationResult integrate(const Scan& scan) {
     REQUIRE(beams.assign(scan, Pose::Identity(), config) == 0);
     REQUIRE(beams.is_image());
-    const Eigen::Vector3f sensor_S = scan.poses[scan.poses.size() / 2].T_R_L.translation().cast<float>();
+    const Eigen::Vector3f sensor_S =
+        scan.poses[scan.poses.size() / 2].T_R_L.translation().cast<float>();
     return integrator.integrate(beams, sensor_S, pools, volume);
   }
-  [[nodiscard]] VoxelCoord voxel_of(const Eigen::Vector3f& p_S) const { return voxel_at(p_S, config.voxel_size_m); }
+  [[nodiscard]] VoxelCoord voxel_of(const Eigen::Vector3f& p_S) const {
+    return voxel_at(p_S, config.voxel_size_m);
+  }
   [[nodiscard]] Eigen::Vector3f centre_of(const VoxelCoord& voxel) const {
     return (voxel.cast<float>().array() + 0.5f) * static_cast<float>(config.voxel_size_m);
   }
-  [[nodiscard]] LogOdds at(const Eigen::Vector3f& p_S) const { return volume.at(store, voxel_of(p_S)); }
+  [[nodiscard]] LogOdds at(const Eigen::Vector3f& p_S) const {
+    return volume.at(store, voxel_of(p_S));
+  }
   /// Adds the voxels of the last scan's returns that lie in a box.
-  void add_hit_voxels(const Eigen::Vector3f& low, const Eigen::Vector3f& high, VoxelSet& voxels) const {
+  void add_hit_voxels(const Eigen::Vector3f& low, const Eigen::Vector3f& high,
+                      VoxelSet& voxels) const {
     for (std::size_t i = 0; i < beams.num_returns(); ++i) {
       const Eigen::Vector3f p_S = beams.return_S(i);
       if ((p_S.array() < low.array()).any() || (p_S.array() > high.array()).any()) continue;
@@ -160,7 +173,8 @@ struct SceneMap {
   [[nodiscard]] double share(const VoxelSet& voxels, VoxelState state) const {
     std::size_t count = 0;
     voxels.for_each([&](const VoxelCoord& v) { count += state_of(volume.at(store, v)) == state; });
-    return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(voxels.size(), 1));
+    return static_cast<double>(count) /
+           static_cast<double>(std::max<std::size_t>(voxels.size(), 1));
   }
   /// Which share of the layers that the voxels lie in has one that is occupied.
   [[nodiscard]] double share_of_layers(const VoxelSet& voxels) const {
@@ -168,7 +182,8 @@ struct SceneMap {
     voxels.for_each([&](const VoxelCoord& v) { layers[v.z()] |= volume.at(store, v) > 0; });
     std::size_t count = 0;
     for (const auto& [z, is_occupied] : layers) count += is_occupied;
-    return static_cast<double>(count) / static_cast<double>(std::max<std::size_t>(layers.size(), 1));
+    return static_cast<double>(count) /
+           static_cast<double>(std::max<std::size_t>(layers.size(), 1));
   }
   /// Voxels whose centres lie in a box.
   [[nodiscard]] VoxelSet voxels_in(const Eigen::Vector3f& low, const Eigen::Vector3f& high) const {
@@ -178,7 +193,8 @@ struct SceneMap {
       for (int y = first.y(); y <= last.y(); ++y) {
         for (int x = first.x(); x <= last.x(); ++x) {
           const Eigen::Vector3f c = centre_of({x, y, z});
-          if ((c.array() >= low.array()).all() && (c.array() <= high.array()).all()) voxels.insert({x, y, z});
+          if ((c.array() >= low.array()).all() && (c.array() <= high.array()).all())
+            voxels.insert({x, y, z});
         }
       }
     }

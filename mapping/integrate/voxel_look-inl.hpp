@@ -6,11 +6,11 @@
 #define CLOISTER_VOXEL_LOOK_INL_HPP
 #endif
 
-#include <hwy/highway.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+
+#include <hwy/highway.h>
 
 #include "mapping/integrate/node_views-inl.hpp"
 #include "mapping/integrate/scan_marks.hpp"
@@ -47,9 +47,11 @@ constexpr Offsets octant_middles() {
   return offsets;
 }
 constexpr Offsets kOctantSlice = rectangle(4, 0, 0);  ///< of an octant, around its own middle
-constexpr Offsets kOctantSlices[4] = {rectangle(4, -2, -2), rectangle(4, 2, -2), rectangle(4, -2, 2),
-                                      rectangle(4, 2, 2)};  ///< of a block's octants, around the block's middle
-constexpr Offsets kRowPairs[4] = {rectangle(8, 0, -3), rectangle(8, 0, -1), rectangle(8, 0, 1), rectangle(8, 0, 3)};
+constexpr Offsets kOctantSlices[4] = {
+    rectangle(4, -2, -2), rectangle(4, 2, -2), rectangle(4, -2, 2),
+    rectangle(4, 2, 2)};  ///< of a block's octants, around the block's middle
+constexpr Offsets kRowPairs[4] = {rectangle(8, 0, -3), rectangle(8, 0, -1), rectangle(8, 0, 1),
+                                  rectangle(8, 0, 3)};
 constexpr Offsets kOctantMiddles = octant_middles();
 
 /// Columns of the image that belong to a pose.
@@ -78,7 +80,8 @@ class PixelWindow {
   static constexpr int kRows = 4, kColumns = 8;
 
   /// @param reach_*  how far from the view's middle its voxels lie to either side
-  PixelWindow(const NodeProjector& from, const LinearView& view, float column_reach, float sine_reach)
+  PixelWindow(const NodeProjector& from, const LinearView& view, float column_reach,
+              float sine_reach)
       : stride_(from.image.stride), mask_(from.column_mask) {
     const auto& rows = from.projection.rows;
     const int num_rows = from.projection.num_rows();
@@ -86,8 +89,12 @@ class PixelWindow {
     // The rows above and below all of it; further apart than the window, the search is over.
     const int middle = std::clamp(static_cast<int>(view.row), 0, num_rows - 1);
     int upper = middle, lower = middle;
-    while (upper > 0 && upper > middle - kRows && rows[upper].sin_elevation < view.sine + sine_reach) --upper;
-    while (lower + 1 < num_rows && lower < upper + kRows && rows[lower].sin_elevation > view.sine - sine_reach) ++lower;
+    while (upper > 0 && upper > middle - kRows &&
+           rows[upper].sin_elevation < view.sine + sine_reach)
+      --upper;
+    while (lower + 1 < num_rows && lower < upper + kRows &&
+           rows[lower].sin_elevation > view.sine - sine_reach)
+      ++lower;
     fits_ = num_rows >= kRows && lower < upper + kRows &&
             static_cast<int>(std::floor(view.column + column_reach + 0.5f)) < column0_ + kColumns;
     row0_ = std::clamp(upper, 0, std::max(num_rows - kRows, 0));
@@ -121,11 +128,14 @@ class PixelWindow {
     const DI di;
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
     if (fits_) {
-      const auto index = hn::ShiftLeft<3>(row - hn::Set(di, row0_)) + (column - hn::Set(di, column0_));
-      const auto lane = hn::IndicesFromVec(d, index & hn::Set(di, static_cast<int>(hn::Lanes(d)) - 1));
+      const auto index =
+          hn::ShiftLeft<3>(row - hn::Set(di, row0_)) + (column - hn::Set(di, column0_));
+      const auto lane =
+          hn::IndicesFromVec(d, index & hn::Set(di, static_cast<int>(hn::Lanes(d)) - 1));
       auto value = hn::TableLookupLanes(table_[0], lane);
       for (int i = 1; i < kTables; ++i) {
-        const auto is_here = hn::RebindMask(d, index > hn::Set(di, i * static_cast<int>(hn::Lanes(d)) - 1));
+        const auto is_here =
+            hn::RebindMask(d, index > hn::Set(di, i * static_cast<int>(hn::Lanes(d)) - 1));
         value = hn::IfThenElse(is_here, hn::TableLookupLanes(table_[i], lane), value);
       }
       return value;
@@ -149,7 +159,8 @@ class VoxelLook {
  public:
   /// @param reach_voxels  how far from the middle voxels may be along each axis
   /// @param has_occupied  which beams have crossed its voxels matters
-  VoxelLook(const NodeProjector& from, const LinearView& view, float reach_voxels, bool has_occupied)
+  VoxelLook(const NodeProjector& from, const LinearView& view, float reach_voxels,
+            bool has_occupied)
       : from_(from),
         view_(view),
         per_distance_(1 / view.distance_m),
@@ -158,7 +169,7 @@ class VoxelLook {
         gaps_(beams_) {
     // As far as a voxel reaches from its centre, in columns and by the sine of the elevation: no beam that hits it passes
     // further off.
-    const auto width = [](const float (&step)[3]) {
+    const auto width = [](const float(&step)[3]) {
       return 0.5f * (std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]));
     };
     column_reach_ = width(view.column_step);
@@ -168,16 +179,19 @@ class VoxelLook {
     asks_beams_ = has_occupied || !asks_gaps_;
     // Across many rows, the spacing that they have on the whole.
     const float sine_reach = reach(view.sine_step, reach_voxels);
-    rows_per_sine_ = beams_.fits() ? view.rows_per_sine
-                                   : (from.row_of(view.sine + sine_reach) - from.row_of(view.sine - sine_reach)) /
-                                         (2 * sine_reach);
+    rows_per_sine_ =
+        beams_.fits()
+            ? view.rows_per_sine
+            : (from.row_of(view.sine + sine_reach) - from.row_of(view.sine - sine_reach)) /
+                  (2 * sine_reach);
     if (asks_beams_) beams_.load(from.image.free_m.data());
     if (asks_gaps_) gaps_.load(from.image.gap_free_m.data());
   }
 
   /// How far from the middle the outermost voxels lie.
   static float reach(const float (&step)[3], float reach_voxels) {
-    return kShrinkSlack * reach_voxels * (std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]));
+    return kShrinkSlack * reach_voxels *
+           (std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]));
   }
 
   /// Are all its pixels in registers?
@@ -191,16 +205,18 @@ class VoxelLook {
     for (int lane = 0; lane < 16; lane += static_cast<int>(hn::Lanes(d))) {
       const V dx = hn::Load(d, offsets.x + lane), dy = hn::Load(d, offsets.y + lane);
       const V z = hn::Load(d, offsets.z + lane) + hn::Set(d, dz);
-      const auto along = [&](const float (&step)[3]) HWY_ATTR {
+      const auto along = [&](const float(&step)[3]) HWY_ATTR {
         return hn::Set(d, step[0]) * dx + hn::Set(d, step[1]) * dy + hn::Set(d, step[2]) * z;
       };
       // To second order: what lies further away is seen under a smaller angle, and what lies aside is further away.
       const V away = along(view_.distance_step);
       const V shrunk = hn::Set(d, 1.0f) - away * hn::Set(d, per_distance_);
-      const V aside = (dx * dx + dy * dy + z * z) * hn::Set(d, from_.voxel_m * from_.voxel_m) - away * away;
-      const SliceBits some = judge(hn::Set(d, view_.column) + along(view_.column_step) * shrunk,
-                                   hn::Set(d, view_.sine) + along(view_.sine_step) * shrunk,
-                                   hn::Set(d, view_.distance_m) + away + aside * hn::Set(d, 0.5f * per_distance_), window);
+      const V aside =
+          (dx * dx + dy * dy + z * z) * hn::Set(d, from_.voxel_m * from_.voxel_m) - away * away;
+      const SliceBits some = judge(
+          hn::Set(d, view_.column) + along(view_.column_step) * shrunk,
+          hn::Set(d, view_.sine) + along(view_.sine_step) * shrunk,
+          hn::Set(d, view_.distance_m) + away + aside * hn::Set(d, 0.5f * per_distance_), window);
       bits.free |= some.free << lane;
       bits.crossed |= some.crossed << lane;
     }
@@ -213,17 +229,19 @@ class VoxelLook {
     using V = hn::Vec<Voxels16>;
     for (int pair = 0; pair < 4; ++pair) {
       for (int lane = 0; lane < 16; lane += static_cast<int>(hn::Lanes(d))) {
-        const V dx = hn::Load(d, kRowPairs[pair].x + lane), dy = hn::Load(d, kRowPairs[pair].y + lane);
-        const auto place = [&](float middle, const float (&step)[3]) HWY_ATTR {
+        const V dx = hn::Load(d, kRowPairs[pair].x + lane),
+                dy = hn::Load(d, kRowPairs[pair].y + lane);
+        const auto place = [&](float middle, const float(&step)[3]) HWY_ATTR {
           return hn::Set(d, middle) + hn::Set(d, step[0]) * dx + hn::Set(d, step[1]) * dy;
         };
-        const V column = place(view_.column, view_.column_step), sine = place(view_.sine, view_.sine_step);
+        const V column = place(view_.column, view_.column_step),
+                sine = place(view_.sine, view_.sine_step);
         const V distance = place(view_.distance_m, view_.distance_step);
         for (int z = 0; z < kBlockEdge; ++z) {
           const float dz = static_cast<float>(z) - 0.5f * (kBlockEdge - 1);
-          const SliceBits bits =
-              judge(column + hn::Set(d, view_.column_step[2] * dz), sine + hn::Set(d, view_.sine_step[2] * dz),
-                    distance + hn::Set(d, view_.distance_step[2] * dz), kWhole);
+          const SliceBits bits = judge(column + hn::Set(d, view_.column_step[2] * dz),
+                                       sine + hn::Set(d, view_.sine_step[2] * dz),
+                                       distance + hn::Set(d, view_.distance_step[2] * dz), kWhole);
           free.word[z] |= std::uint64_t{bits.free} << (16 * pair + lane);
           crossed.word[z] |= std::uint64_t{bits.crossed} << (16 * pair + lane);
         }
@@ -233,8 +251,8 @@ class VoxelLook {
 
  private:
   /// What is known of as many places as a vector has lanes.
-  HWY_INLINE SliceBits judge(hn::Vec<Voxels16> column, hn::Vec<Voxels16> sine, hn::Vec<Voxels16> distance,
-                             const ColumnWindow& window) const {
+  HWY_INLINE SliceBits judge(hn::Vec<Voxels16> column, hn::Vec<Voxels16> sine,
+                             hn::Vec<Voxels16> distance, const ColumnWindow& window) const {
     const Voxels16 d;
     const hn::RebindToSigned<Voxels16> di;
     using V = hn::Vec<Voxels16>;
@@ -256,7 +274,8 @@ class VoxelLook {
         // A pixel that was fired at the other end of the scan belongs to the other pose.
         const auto wrapped = column_index & mask;
         const auto is_inside = hn::RebindMask(d, hn::And(wrapped > before, wrapped < end));
-        is_crossed = hn::And(hn::And(is_near, hn::Xor(is_inside, proven < zero)), hn::Abs(proven) >= distance);
+        is_crossed = hn::And(hn::And(is_near, hn::Xor(is_inside, proven < zero)),
+                             hn::Abs(proven) >= distance);
       }
       crossed = mask_bits(d, is_crossed);
     }
@@ -267,7 +286,8 @@ class VoxelLook {
       if (window.is_seam) {
         const auto wrapped = column_index & mask;
         const auto is_inside = hn::RebindMask(d, hn::And(wrapped > before, wrapped < end));
-        is_filled = hn::And(hn::And(is_between, hn::Xor(is_inside, gap < zero)), hn::Abs(gap) >= distance);
+        is_filled =
+            hn::And(hn::And(is_between, hn::Xor(is_inside, gap < zero)), hn::Abs(gap) >= distance);
       }
       filled = mask_bits(d, is_filled);
     }
@@ -294,11 +314,13 @@ class VoxelLook {
         const auto is_lower = sine < hn::Set(d, 0.5f * (upper + lower));
         found.beam = found.beam + hn::IfThenElse(hn::RebindMask(di, is_lower), one, zero);
         found.beam_sine = hn::IfThenElse(is_lower, hn::Set(d, lower), found.beam_sine);
-        found.gap = found.gap + hn::IfThenElse(hn::RebindMask(di, sine <= hn::Set(d, lower)), one, zero);
+        found.gap =
+            found.gap + hn::IfThenElse(hn::RebindMask(di, sine <= hn::Set(d, lower)), one, zero);
       }
       return found;
     }
-    const auto row = hn::Set(d, view_.row) + (sine - hn::Set(d, view_.sine)) * hn::Set(d, rows_per_sine_);
+    const auto row =
+        hn::Set(d, view_.row) + (sine - hn::Set(d, view_.sine)) * hn::Set(d, rows_per_sine_);
     const auto last_row = hn::Set(d, static_cast<float>(from_.projection.num_rows() - 1));
     const auto beam = hn::Min(hn::Max(hn::Round(row), hn::Zero(d)), last_row);
     found.beam = hn::ConvertTo(di, beam);

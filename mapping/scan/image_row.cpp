@@ -21,15 +21,18 @@ HWY_INLINE V chord_slope(V range, V neighbour, V angle, V flat) {
 /// Slope towards the nearer in range of two neighbours on either side, rising towards the first; 0 when there is none.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V nearer_slope(D d, V range, V one, V angle_one, V other, V angle_other) {
-  const V zero = hn::Zero(d), unit = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), far = hn::Set(d, 1e9f);
+  const V zero = hn::Zero(d), unit = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f),
+          far = hn::Set(d, 1e9f);
   const V gap_one = hn::IfThenElse(one > zero, hn::Abs(one - range), far);
   const V gap_other = hn::IfThenElse(other > zero, hn::Abs(other - range), far);
   const auto use_one = gap_one <= gap_other;
   const V angle = hn::IfThenElse(use_one, angle_one, angle_other);
-  const V slope = chord_slope(range, hn::IfThenElse(use_one, one, other), angle, unit - half * angle * angle);
+  const V slope =
+      chord_slope(range, hn::IfThenElse(use_one, one, other), angle, unit - half * angle * angle);
   const V rising = hn::IfThenElse(use_one, slope, hn::Neg(slope));
   // Also false for the quotients by zero of pixels without neighbours.
-  const auto is_surface = hn::And(hn::Min(gap_one, gap_other) < far, hn::Abs(slope) < hn::Set(d, kMaxSlope));
+  const auto is_surface =
+      hn::And(hn::Min(gap_one, gap_other) < far, hn::Abs(slope) < hn::Set(d, kMaxSlope));
   return hn::IfThenElseZero(is_surface, rising);
 }
 
@@ -42,11 +45,14 @@ std::size_t place_row_vectors(const ImageRow& in) {
   const V sin_up = hn::Set(d, row.sin_elevation), cos_up = hn::Set(d, row.cos_elevation);
   const V sin_off = hn::Set(d, row.sin_residual), cos_off = hn::Set(d, row.cos_residual);
   const V tangential = hn::Set(d, row.tangential_m);
-  const V ring_radius = hn::Set(d, projection.ring_radius_m), ring_height = hn::Set(d, projection.ring_height_m);
-  const V beside = hn::Set(d, row.cos_elevation / (projection.columns_per_rad > 0 ? projection.columns_per_rad
-                                                                                  : -projection.columns_per_rad));
+  const V ring_radius = hn::Set(d, projection.ring_radius_m),
+          ring_height = hn::Set(d, projection.ring_height_m);
+  const V beside = hn::Set(
+      d, row.cos_elevation / (projection.columns_per_rad > 0 ? projection.columns_per_rad
+                                                             : -projection.columns_per_rad));
   const V turn = hn::Set(d, projection.columns_per_rad > 0 ? 1.0f : -1.0f);
-  const V angle_above = hn::Set(d, in.angle_above_rad), angle_below = hn::Set(d, in.angle_below_rad);
+  const V angle_above = hn::Set(d, in.angle_above_rad),
+          angle_below = hn::Set(d, in.angle_below_rad);
   const V half_voxel = hn::Set(d, 0.5f * in.voxel_m);
   const V max_free = hn::Set(d, in.max_free_m), max_return = hn::Set(d, in.max_return_m);
 
@@ -58,7 +64,8 @@ std::size_t place_row_vectors(const ImageRow& in) {
       hn::StoreU(zero, d, in.free_m + column);
       continue;
     }
-    const V left = hn::LoadU(d, in.range_m + column - 1), right = hn::LoadU(d, in.range_m + column + 1);
+    const V left = hn::LoadU(d, in.range_m + column - 1),
+            right = hn::LoadU(d, in.range_m + column + 1);
     const V above = in.above_m != nullptr ? hn::LoadU(d, in.above_m + column) : zero;
     const V below = in.below_m != nullptr ? hn::LoadU(d, in.below_m + column) : zero;
     const V slope_around = nearer_slope(d, range, right, beside, left, beside) * turn;
@@ -80,7 +87,8 @@ std::size_t place_row_vectors(const ImageRow& in) {
 
     const float* pose = in.column_pose + column;
     const auto entry = [&](int i) HWY_ATTR { return hn::LoadU(d, pose + i * in.pose_stride); };
-    const V r00 = entry(0), r01 = entry(1), r02 = entry(2), r10 = entry(3), r11 = entry(4), r12 = entry(5);
+    const V r00 = entry(0), r01 = entry(1), r02 = entry(2), r10 = entry(3), r11 = entry(4),
+            r12 = entry(5);
     const V r20 = entry(6), r21 = entry(7), r22 = entry(8);
     const V norm = hn::Abs(r00 * normal_x + r01 * normal_y + r02 * normal_z) +
                    hn::Abs(r10 * normal_x + r11 * normal_y + r12 * normal_z) +
@@ -92,9 +100,12 @@ std::size_t place_row_vectors(const ImageRow& in) {
 
     const auto is_return = hn::And(is_valid, range <= max_return);
     // Compressed in a register: some processors take a hundred cycles to do it on the way to memory.
-    hn::StoreU(hn::Compress(r00 * x + r01 * y + r02 * z + entry(9), is_return), d, in.x_S + num_returns);
-    hn::StoreU(hn::Compress(r10 * x + r11 * y + r12 * z + entry(10), is_return), d, in.y_S + num_returns);
-    hn::StoreU(hn::Compress(r20 * x + r21 * y + r22 * z + entry(11), is_return), d, in.z_S + num_returns);
+    hn::StoreU(hn::Compress(r00 * x + r01 * y + r02 * z + entry(9), is_return), d,
+               in.x_S + num_returns);
+    hn::StoreU(hn::Compress(r10 * x + r11 * y + r12 * z + entry(10), is_return), d,
+               in.y_S + num_returns);
+    hn::StoreU(hn::Compress(r20 * x + r21 * y + r22 * z + entry(11), is_return), d,
+               in.z_S + num_returns);
     num_returns += hn::CountTrue(d, is_return);
   }
   return num_returns;

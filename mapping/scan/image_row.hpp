@@ -11,17 +11,18 @@ struct ImageRow {
   const SphericalProjection* projection = nullptr;
   int row = 0;
   int num_columns = 0;
-  const float* range_m = nullptr;        ///< element -1 repeats the last column, num_columns the first; 0 = no return
-  const float* above_m = nullptr;        ///< the rows above and below; null where there is none
+  const float* range_m =
+      nullptr;  ///< element -1 repeats the last column, num_columns the first; 0 = no return
+  const float* above_m = nullptr;  ///< the rows above and below; null where there is none
   const float* below_m = nullptr;
-  float angle_above_rad = 0;             ///< between the rows
+  float angle_above_rad = 0;  ///< between the rows
   float angle_below_rad = 0;
-  const float* column_pose = nullptr;    ///< [12 x pose_stride] R_S_L row by row, then t_S
+  const float* column_pose = nullptr;  ///< [12 x pose_stride] R_S_L row by row, then t_S
   std::size_t pose_stride = 0;
   float voxel_m = 0;
-  float max_free_m = 0;                  ///< no beam proves more
-  float max_return_m = 0;                ///< returns beyond are no surfaces
-  float* free_m = nullptr;               ///< out: how far each beam proves space free
+  float max_free_m = 0;     ///< no beam proves more
+  float max_return_m = 0;   ///< returns beyond are no surfaces
+  float* free_m = nullptr;  ///< out: how far each beam proves space free
   float *x_S = nullptr, *y_S = nullptr, *z_S = nullptr;  ///< out: returns, without gaps
 };
 

@@ -31,7 +31,8 @@ void RangeImage::build_bounds(float max_free_m) {
     const float* free = &free_m[static_cast<std::size_t>(row) * stride];
     float* filled = &gap_free_m[static_cast<std::size_t>(row) * stride];
     const auto fill = [&](int column, int left) {
-      const float between = agreed(std::min(free[left], free[column + 1]), std::max(free[left], free[column + 1]));
+      const float between =
+          agreed(std::min(free[left], free[column + 1]), std::max(free[left], free[column + 1]));
       filled[column] = free[column] != 0 ? free[column] : between;
     };
     fill(0, columns - 1);
@@ -46,7 +47,9 @@ void RangeImage::build_bounds(float max_free_m) {
   int cell_rows = rows;
   pyramid.resize(static_cast<std::size_t>(cell_rows) * cell_columns);
   level_begin[0] = 0;
-  const auto rounded_up = [&](float m) { return static_cast<std::uint16_t>(std::min(m * units + 1, kMaxUnits + 1)); };
+  const auto rounded_up = [&](float m) {
+    return static_cast<std::uint16_t>(std::min(m * units + 1, kMaxUnits + 1));
+  };
   for (int row = 0; row < rows; ++row) {
     float* filled = &gap_free_m[static_cast<std::size_t>(row) * stride];
     Bounds* cells = &pyramid[static_cast<std::size_t>(row) * cell_columns];
@@ -60,8 +63,10 @@ void RangeImage::build_bounds(float max_free_m) {
     }
     const float* lower = row + 1 < rows ? filled + stride : filled;
     for (int column = 0; column < columns; ++column) {
-      const float a = filled[column], b = filled[column + 1], c = lower[column], d = lower[column + 1];
-      filled[column] = agreed(std::min(std::min(a, b), std::min(c, d)), std::max(std::max(a, b), std::max(c, d)));
+      const float a = filled[column], b = filled[column + 1], c = lower[column],
+                  d = lower[column + 1];
+      filled[column] = agreed(std::min(std::min(a, b), std::min(c, d)),
+                              std::max(std::max(a, b), std::max(c, d)));
     }
     if (row + 1 == rows) std::fill_n(filled, columns, 0.0f);
     for (int cell = 0; cell < cell_columns; ++cell) {
@@ -83,12 +88,15 @@ void RangeImage::build_bounds(float max_free_m) {
     for (int row = 0; row < cell_rows; ++row) {
       const Bounds* upper = &pyramid[below + static_cast<std::size_t>(2 * row) * below_columns];
       const Bounds* lower = 2 * row + 1 < below_rows ? upper + below_columns : upper;
-      Bounds* cells = &pyramid[level_begin[num_levels] + static_cast<std::size_t>(row) * cell_columns];
+      Bounds* cells =
+          &pyramid[level_begin[num_levels] + static_cast<std::size_t>(row) * cell_columns];
       for (int cell = 0; cell < cell_columns; ++cell) {
-        const Bounds &a = upper[2 * cell], &b = upper[2 * cell + 1], &c = lower[2 * cell], &d = lower[2 * cell + 1];
-        cells[cell] = {std::min(std::min(a.least, b.least), std::min(c.least, d.least)),
-                       std::max(std::max(a.most, b.most), std::max(c.most, d.most)),
-                       std::max(std::max(a.most_gap, b.most_gap), std::max(c.most_gap, d.most_gap))};
+        const Bounds &a = upper[2 * cell], &b = upper[2 * cell + 1], &c = lower[2 * cell],
+                     &d = lower[2 * cell + 1];
+        cells[cell] = {
+            std::min(std::min(a.least, b.least), std::min(c.least, d.least)),
+            std::max(std::max(a.most, b.most), std::max(c.most, d.most)),
+            std::max(std::max(a.most_gap, b.most_gap), std::max(c.most_gap, d.most_gap))};
       }
     }
   }

@@ -22,7 +22,7 @@ struct RangeImage {
   };
   /// Of a cell's free distances, in units of `unit_m`, each rounded to the safe side.
   struct alignas(8) Bounds {
-    std::uint16_t least;     ///< a lost pixel between two others counts as the lesser of both
+    std::uint16_t least;  ///< a lost pixel between two others counts as the lesser of both
     std::uint16_t most;
     std::uint16_t most_gap;  ///< the most of `gap_free_m`
     std::uint16_t padding = 0;

@@ -23,8 +23,9 @@ struct ScanGeometry {
   int num_beams = 0;
   int num_columns = 0;
   std::vector<Eigen::Vector3f> direction_L;  ///< [num_beams x num_columns], unit length
-  std::vector<Eigen::Vector3f> origin_L;     ///< [num_beams x num_columns], where the beam's range is zero, metres
-  std::vector<int> pixel_shift;              ///< [num_beams], columns to shift a row so that azimuths line up
+  std::vector<Eigen::Vector3f>
+      origin_L;  ///< [num_beams x num_columns], where the beam's range is zero, metres
+  std::vector<int> pixel_shift;  ///< [num_beams], columns to shift a row so that azimuths line up
   /// The way back from a point to a pixel; without it, scans are integrated beam by beam.
   std::optional<SphericalProjection> projection;
 };
@@ -44,13 +45,16 @@ struct Scan {
   Kind kind = Kind::kOrganised;
   std::uint64_t index = 0;  ///< counts the mission's scans from 0
   SensorTime stamp;         ///< of its last column; of the file's name for a cloud
-  SensorTime last_packet;   ///< when its last packet was received, sensor clock; equals `stamp` for a cloud
+  SensorTime
+      last_packet;  ///< when its last packet was received, sensor clock; equals `stamp` for a cloud
 
   // kOrganised: as assembled from packets.
-  const ScanGeometry* geometry = nullptr;      ///< owned by whoever decodes; outlives the scan
-  std::vector<std::uint32_t> ranges_mm;        ///< [num_beams x num_columns] as ScanGeometry; 0 = no return
-  std::vector<SensorTime> column_stamps;       ///< [num_columns]; meaningless where the column is not valid
-  std::vector<std::uint8_t> column_valid;      ///< [num_columns]; 0 = never received
+  const ScanGeometry* geometry = nullptr;  ///< owned by whoever decodes; outlives the scan
+  std::vector<std::uint32_t>
+      ranges_mm;  ///< [num_beams x num_columns] as ScanGeometry; 0 = no return
+  std::vector<SensorTime>
+      column_stamps;  ///< [num_columns]; meaningless where the column is not valid
+  std::vector<std::uint8_t> column_valid;  ///< [num_columns]; 0 = never received
 
   // kCloud: points in the cloud's own frame L; beams start at its origin. Already deskewed.
   std::vector<Eigen::Vector3f> points_L;
@@ -59,7 +63,8 @@ struct Scan {
   // odometry frame while no graph is known (node == kNoNode).
   NodeId node = kNoNode;
   std::vector<PoseSample> poses;
-  std::optional<Pose> T_O_L;  ///< odometry at `stamp`, where there is odometry: tells a correction from motion
+  std::optional<Pose>
+      T_O_L;  ///< odometry at `stamp`, where there is odometry: tells a correction from motion
 
   /// Sizes the vectors for scans of up to `max_pixels` pixels or points, `max_columns` columns, `max_poses` samples.
   void reserve(std::size_t max_pixels, std::size_t max_columns, std::size_t max_poses) {

@@ -29,13 +29,15 @@ Pose pose_at(const std::vector<PoseSample>& poses, SensorTime stamp, std::size_t
   const PoseSample& after = poses[hint + 1];
   const double span_ns = static_cast<double>((after.stamp - before.stamp).ns);
   if (span_ns <= 0) return after.T_R_L;
-  return interpolate(before.T_R_L, after.T_R_L, static_cast<double>((stamp - before.stamp).ns) / span_ns);
+  return interpolate(before.T_R_L, after.T_R_L,
+                     static_cast<double>((stamp - before.stamp).ns) / span_ns);
 }
 
 ScanBeams::ScanBeams(std::size_t max_points) : max_points_(max_points) {
   image_.reserve(max_points);
   rays_.reserve(max_points);
-  for (std::vector<float>* returns : {&x_S_, &y_S_, &z_S_}) returns->resize(max_points + kStorePadding);
+  for (std::vector<float>* returns : {&x_S_, &y_S_, &z_S_})
+    returns->resize(max_points + kStorePadding);
   range_m_.reserve(max_points + max_points / 2);
   column_pose_.reserve(kPoseEntries * 2 * max_points);
 }
@@ -57,10 +59,12 @@ void ScanBeams::place_columns(const Scan& scan, const Pose& T_S_R) {
       T_S_L = T_S_R * pose_at(scan.poses, scan.column_stamps[column], hint);
       if (is_first) T_S_first = T_S_L;
       is_first = false;
-      const double trace = T_S_first.linear().cwiseProduct(T_S_L.linear()).sum();  // of one rotation after the other
+      const double trace =
+          T_S_first.linear().cwiseProduct(T_S_L.linear()).sum();  // of one rotation after the other
       least_cosine = std::min(least_cosine, 0.5 * (trace - 1));
-      image_.moved_m = std::max(
-          image_.moved_m, static_cast<float>((T_S_L.translation() - T_S_first.translation()).norm()));
+      image_.moved_m =
+          std::max(image_.moved_m,
+                   static_cast<float>((T_S_L.translation() - T_S_first.translation()).norm()));
     }
     RangeImage::ColumnPose& pose = image_.poses[column];
     pose.t_S = T_S_L.translation().cast<float>();
@@ -69,7 +73,8 @@ void ScanBeams::place_columns(const Scan& scan, const Pose& T_S_R) {
     }
     for (int i = 0; i < kPoseEntries; ++i) {
       const double entry = i < 9 ? T_S_L.linear()(i / 3, i % 3) : T_S_L.translation()[i - 9];
-      column_pose_[i * stride + column] = column_pose_[i * stride + columns + column] = static_cast<float>(entry);
+      column_pose_[i * stride + column] = column_pose_[i * stride + columns + column] =
+          static_cast<float>(entry);
     }
   }
   image_.turned_rad = static_cast<float>(std::acos(std::max(least_cosine, -1.0)));
@@ -96,7 +101,8 @@ void ScanBeams::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelCon
     const auto copy = [&](int from, int to, int offset) {
       for (int column = from; column < to; ++column) {
         const float measured_m = kMetresPerMillimetre * static_cast<float>(raw[column + offset]);
-        const bool is_valid = scan.column_valid[column + offset] && measured_m > 0 && measured_m >= min_range_m;
+        const bool is_valid =
+            scan.column_valid[column + offset] && measured_m > 0 && measured_m >= min_range_m;
         range[column] = is_valid ? measured_m - beam.range_offset_m : 0;
       }
     };
@@ -114,8 +120,10 @@ void ScanBeams::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelCon
     line.range_m = &range_m_[row * stride + kRowFront];
     line.above_m = row > 0 ? line.range_m - stride : nullptr;
     line.below_m = row + 1 < rows ? line.range_m + stride : nullptr;
-    line.angle_above_rad = row > 0 ? projection.rows[row - 1].elevation_rad - beam.elevation_rad : 0;
-    line.angle_below_rad = row + 1 < rows ? beam.elevation_rad - projection.rows[row + 1].elevation_rad : 0;
+    line.angle_above_rad =
+        row > 0 ? projection.rows[row - 1].elevation_rad - beam.elevation_rad : 0;
+    line.angle_below_rad =
+        row + 1 < rows ? beam.elevation_rad - projection.rows[row + 1].elevation_rad : 0;
     line.column_pose = column_pose_.data() + beam.shift;
     line.pose_stride = 2 * static_cast<std::size_t>(columns);
     line.voxel_m = static_cast<float>(config.voxel_size_m);
@@ -138,8 +146,8 @@ void ScanBeams::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelCon
   image_.build_bounds(static_cast<float>(config.max_range_m));
 }
 
-void ScanBeams::add_ray(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& direction_S, float range_m,
-                         const VoxelConfig& config) {
+void ScanBeams::add_ray(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& direction_S,
+                        float range_m, const VoxelConfig& config) {
   if (rays_.size() == max_points_) {
     ++num_declined_;
     return;
@@ -170,7 +178,8 @@ void ScanBeams::assign_beams(const Scan& scan, const Pose& T_S_R, const VoxelCon
       const std::size_t pixel = static_cast<std::size_t>(beam) * geometry.num_columns + column;
       const float range_m = kMetresPerMillimetre * static_cast<float>(scan.ranges_mm[pixel]);
       if (range_m == 0 || range_m < config.min_range_m) continue;
-      add_ray(R_S_L * geometry.origin_L[pixel] + t_S_L, R_S_L * geometry.direction_L[pixel], range_m, config);
+      add_ray(R_S_L * geometry.origin_L[pixel] + t_S_L, R_S_L * geometry.direction_L[pixel],
+              range_m, config);
     }
   }
 }
@@ -183,7 +192,9 @@ void ScanBeams::assign_cloud(const Scan& scan, const Pose& T_S_R, const VoxelCon
   for (const Eigen::Vector3f& point_L : scan.points_L) {
     const float range_m = point_L.norm();
     // A point at the origin has no direction, and some drivers write one for each beam that did not return.
-    if (!(range_m > 0) || range_m < static_cast<float>(config.min_range_m) || !std::isfinite(range_m)) continue;
+    if (!(range_m > 0) || range_m < static_cast<float>(config.min_range_m) ||
+        !std::isfinite(range_m))
+      continue;
     add_ray(t_S_L, R_S_L * (point_L / range_m), range_m, config);
   }
 }

@@ -51,7 +51,9 @@ class ScanBeams {
 
   [[nodiscard]] std::size_t num_returns() const { return num_returns_; }
   /// Return i, a surface point; in no order to rely on.
-  [[nodiscard]] Eigen::Vector3f return_S(std::size_t i) const { return {x_S_[i], y_S_[i], z_S_[i]}; }
+  [[nodiscard]] Eigen::Vector3f return_S(std::size_t i) const {
+    return {x_S_[i], y_S_[i], z_S_[i]};
+  }
   /// The same by coordinate: `num_returns` values each.
   [[nodiscard]] const float* x_S() const { return x_S_.data(); }
   [[nodiscard]] const float* y_S() const { return y_S_.data(); }
@@ -72,8 +74,9 @@ class ScanBeams {
   RangeImage image_;
   std::vector<Ray> rays_;
   std::vector<float> x_S_, y_S_, z_S_;
-  std::vector<float> range_m_;    ///< [num_rows x stride] destaggered, from the ring; 0 = no return
-  std::vector<float> column_pose_;  ///< [12 x 2 num_columns] R_S_L row by row, then t_S; columns repeat
+  std::vector<float> range_m_;  ///< [num_rows x stride] destaggered, from the ring; 0 = no return
+  std::vector<float>
+      column_pose_;  ///< [12 x 2 num_columns] R_S_L row by row, then t_S; columns repeat
   std::size_t max_points_;
   std::size_t num_returns_ = 0;
   std::size_t num_declined_ = 0;
@@ -81,6 +84,7 @@ class ScanBeams {
 
 /// The sensor's pose at a stamp, interpolated between the scan's samples and held constant outside them.
 /// @param hint  index of a sample at or before the stamp to begin the search with; moved to the one found
-[[nodiscard]] Pose pose_at(const std::vector<PoseSample>& poses, SensorTime stamp, std::size_t& hint);
+[[nodiscard]] Pose pose_at(const std::vector<PoseSample>& poses, SensorTime stamp,
+                           std::size_t& hint);
 
 }  // namespace cloister

@@ -1,12 +1,12 @@
 #include "mapping/scan/scan_beams.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <vector>
+
+#include <doctest/doctest.h>
 
 #include "mapping/scan/spinning_sensor_for_tests.hpp"
 
@@ -24,7 +24,8 @@ ScanGeometry ring_geometry(int beams, double elevation_rad) {
     const double up = beams == 1 ? 0 : elevation_rad * (1 - 2.0 * beam / (beams - 1));
     for (int column = 0; column < 64; ++column) {
       const double around = -2 * std::numbers::pi * column / 64;
-      geometry.direction_L.emplace_back(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up));
+      geometry.direction_L.emplace_back(std::cos(up) * std::cos(around),
+                                        std::cos(up) * std::sin(around), std::sin(up));
       geometry.origin_L.emplace_back(0, 0, 0);
     }
   }
@@ -36,7 +37,8 @@ Scan empty_scan(const ScanGeometry& geometry) {
   scan.geometry = &geometry;
   scan.ranges_mm.assign(geometry.direction_L.size(), 0);
   scan.column_valid.assign(geometry.num_columns, 1);
-  for (int column = 0; column < geometry.num_columns; ++column) scan.column_stamps.push_back({column * 1'000'000});
+  for (int column = 0; column < geometry.num_columns; ++column)
+    scan.column_stamps.push_back({column * 1'000'000});
   scan.stamp = scan.column_stamps.back();
   scan.poses = {{{0}, Pose::Identity()}};
   return scan;
@@ -54,7 +56,8 @@ TEST_CASE("each column is placed by the pose at its own stamp") {
   REQUIRE(beams.num_returns() == 64);
   for (int column = 0; column < 64; ++column) {
     CHECK(beams.rays()[column].origin_S.x() == doctest::Approx(0.01 * column));
-    CHECK((beams.rays()[column].end_S - beams.rays()[column].origin_S).norm() == doctest::Approx(5.0));
+    CHECK((beams.rays()[column].end_S - beams.rays()[column].origin_S).norm() ==
+          doctest::Approx(5.0));
   }
 }
 
@@ -143,7 +146,8 @@ void see_plane(Scan& scan, const Eigen::Vector3f& n, float offset) {
   for (std::size_t i = 0; i < scan.ranges_mm.size(); ++i) {
     const float along = n.dot(scan.geometry->direction_L[i]);
     const float range = (offset - n.dot(scan.geometry->origin_L[i])) / along;
-    if (along * offset > 0 && range < 50) scan.ranges_mm[i] = static_cast<std::uint32_t>(std::lround(1000 * range));
+    if (along * offset > 0 && range < 50)
+      scan.ranges_mm[i] = static_cast<std::uint32_t>(std::lround(1000 * range));
   }
 }
 
@@ -151,7 +155,8 @@ void see_plane(Scan& scan, const Eigen::Vector3f& n, float offset) {
 void see_noise(Scan& scan, std::uint32_t max_mm, unsigned lost_in) {
   std::mt19937 rng(5);
   std::uniform_int_distribution<std::uint32_t> range_mm(1000, max_mm);
-  for (auto& range : scan.ranges_mm) range = lost_in != 0 && rng() % lost_in == 0 ? 0 : range_mm(rng);
+  for (auto& range : scan.ranges_mm)
+    range = lost_in != 0 && rng() % lost_in == 0 ? 0 : range_mm(rng);
 }
 
 float free_at(const ScanBeams& beams, int row, int column) {
@@ -180,7 +185,8 @@ TEST_CASE("an image has the returns that beams one by one have") {
   const auto sorted = [](const ScanBeams& beams) {
     std::vector<Eigen::Vector3f> points;
     for (std::size_t i = 0; i < beams.num_returns(); ++i) points.push_back(beams.return_S(i));
-    std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.x() < b.x(); });
+    std::sort(points.begin(), points.end(),
+              [](const auto& a, const auto& b) { return a.x() < b.x(); });
     return points;
   };
   const std::vector<Eigen::Vector3f> a = sorted(image), b = sorted(rays);
@@ -195,18 +201,22 @@ TEST_CASE("an image has the returns that beams one by one have") {
   CHECK(num_apart == 0);
 }
 
-TEST_CASE("a square wall is free up to half a voxel before it, and a slanted one by how far voxels reach across it") {
+TEST_CASE(
+    "a square wall is free up to half a voxel before it, and a slanted one by how far voxels reach "
+    "across it") {
   const ScanGeometry geometry = ring_image_geometry(3, 0.05);
   for (const double angle : {0.0, 0.3, std::numbers::pi / 4}) {
     Scan scan = empty_scan(geometry);
-    const Eigen::Vector3f n(static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0);
+    const Eigen::Vector3f n(static_cast<float>(std::cos(angle)),
+                            static_cast<float>(std::sin(angle)), 0);
     see_plane(scan, n, 4);
     ScanBeams beams(64 * 3);
     CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
     for (const int column : {0, 3, 60}) {
       const float range = 0.001f * static_cast<float>(scan.ranges_mm[64 + column]);
       const float along = n.dot(geometry.direction_L[64 + column]);
-      const float expected = 0.5f * 0.065f / along * (std::abs(n.x()) + std::abs(n.y()) + 1 - along);
+      const float expected =
+          0.5f * 0.065f / along * (std::abs(n.x()) + std::abs(n.y()) + 1 - along);
       CHECK(std::abs(range - free_at(beams, 1, column) - expected) < 0.1f * expected);
     }
   }
@@ -220,7 +230,9 @@ TEST_CASE("a beam that skims a floor proves nothing in the voxel above it") {
     for (int beam = 0; beam < 2; ++beam) {
       const double up = -(2 + beam) * kDegree;
       geometry.direction_L[beam * 64 + column] =
-          Eigen::Vector3d(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up)).cast<float>();
+          Eigen::Vector3d(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around),
+                          std::sin(up))
+              .cast<float>();
     }
   }
   geometry.projection = fit_projection(2, 64, geometry.direction_L, geometry.origin_L);
@@ -245,15 +257,19 @@ TEST_CASE("an edge says nothing about the slope of what is before it") {
     return scan.ranges_mm[row * 1024 + image_column + shift];
   };
   range_at(column) = 3000;
-  range_at(column - 1) = range_at(column + 1) = 40'000;  // further off than any surface seen at half a degree
+  range_at(column - 1) = range_at(column + 1) =
+      40'000;  // further off than any surface seen at half a degree
   ScanBeams beams(geometry.direction_L.size());
   CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
   const float beam_norm = geometry.direction_L[row * 1024 + column + shift].lpNorm<1>();
   const float range_m = 3 - geometry.projection->rows[row].range_offset_m;
-  CHECK(range_m - free_at(beams, row, column) == doctest::Approx(0.5 * 0.065 * beam_norm).epsilon(1e-3));
+  CHECK(range_m - free_at(beams, row, column) ==
+        doctest::Approx(0.5 * 0.065 * beam_norm).epsilon(1e-3));
 }
 
-TEST_CASE("in an image, lost pixels and near returns prove nothing and far ones free space up to the longest range") {
+TEST_CASE(
+    "in an image, lost pixels and near returns prove nothing and far ones free space up to the "
+    "longest range") {
   const ScanGeometry geometry = ring_image_geometry(1, 0);
   Scan scan = empty_scan(geometry);
   scan.ranges_mm[0] = 5000;
@@ -279,7 +295,9 @@ TEST_CASE("a lost pixel between two others proves what the lesser of them does")
   scan.ranges_mm[64 + 40] = scan.ranges_mm[64 + 41] = 0;
   ScanBeams beams(64 * 3);
   CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
-  const auto gap = [&](int row, int column) { return beams.image().gap_free_m[row * beams.image().stride + column]; };
+  const auto gap = [&](int row, int column) {
+    return beams.image().gap_free_m[row * beams.image().stride + column];
+  };
   CHECK(free_at(beams, 1, 20) == 0);
   CHECK(gap(1, 19) == doctest::Approx(free_at(beams, 1, 21)));
   CHECK(gap(1, 20) == doctest::Approx(free_at(beams, 1, 21)));
@@ -290,7 +308,8 @@ TEST_CASE("a lost pixel between two others proves what the lesser of them does")
 TEST_CASE("rows run on into the first columns behind their ends") {
   const ScanGeometry geometry = ring_image_geometry(2, 0.05);
   Scan scan = empty_scan(geometry);
-  for (std::size_t i = 0; i < scan.ranges_mm.size(); ++i) scan.ranges_mm[i] = static_cast<std::uint32_t>(3000 + 7 * i);
+  for (std::size_t i = 0; i < scan.ranges_mm.size(); ++i)
+    scan.ranges_mm[i] = static_cast<std::uint32_t>(3000 + 7 * i);
   ScanBeams beams(128);
   CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
   for (int i = 0; i < RangeImage::kPadding; ++i) {
@@ -314,12 +333,15 @@ TEST_CASE("each level of the pyramid bounds the pixels of its cells") {
       for (int column = 0; column < 1024; ++column) {
         const std::size_t pixel = static_cast<std::size_t>(row) * image.stride + column;
         const float free = image.free_m[pixel];
-        const float beside = std::min(image.free_m[pixel + 1], image.free_m[column > 0 ? pixel - 1 : pixel + 1023]);
+        const float beside =
+            std::min(image.free_m[pixel + 1], image.free_m[column > 0 ? pixel - 1 : pixel + 1023]);
         const RangeImage::Bounds& bounds =
-            image.pyramid[image.level_begin[level] + (row >> level) * cell_columns + (column >> (level + squaring))];
+            image.pyramid[image.level_begin[level] + (row >> level) * cell_columns +
+                          (column >> (level + squaring))];
         REQUIRE(static_cast<float>(bounds.least) * image.unit_m <= (free > 0 ? free : beside));
         REQUIRE(static_cast<float>(bounds.most) * image.unit_m >= free);
-        if (row < 63) REQUIRE(static_cast<float>(bounds.most_gap) * image.unit_m >= image.gap_free_m[pixel]);
+        if (row < 63)
+          REQUIRE(static_cast<float>(bounds.most_gap) * image.unit_m >= image.gap_free_m[pixel]);
       }
     }
   }
@@ -333,14 +355,17 @@ TEST_CASE("a gap proves what all four beams around it do") {
   CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
   for (int row = 0; row + 1 < 64; ++row) {
     for (int column = 0; column < 1024; ++column) {
-      const float expected = std::min(std::min(free_at(beams, row, column), free_at(beams, row, column + 1)),
-                                      std::min(free_at(beams, row + 1, column), free_at(beams, row + 1, column + 1)));
+      const float expected =
+          std::min(std::min(free_at(beams, row, column), free_at(beams, row, column + 1)),
+                   std::min(free_at(beams, row + 1, column), free_at(beams, row + 1, column + 1)));
       REQUIRE(beams.image().gap_free_m[row * beams.image().stride + column] == expected);
     }
   }
 }
 
-TEST_CASE("while the sensor moves, pixels fired at the scan's other end are marked, and columns have their own poses") {
+TEST_CASE(
+    "while the sensor moves, pixels fired at the scan's other end are marked, and columns have "
+    "their own poses") {
   const ScanGeometry geometry = geometry_of(wide_sensor());
   Scan scan = empty_scan(geometry);
   for (auto& range : scan.ranges_mm) range = 5000;

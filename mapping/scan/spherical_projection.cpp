@@ -10,7 +10,7 @@
 namespace cloister {
 namespace {
 
-constexpr double kAngleTolerance = 1e-4;  // rad
+constexpr double kAngleTolerance = 1e-4;   // rad
 constexpr double kLengthTolerance = 1e-3;  // m
 constexpr int kMinColumns = 64;
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -54,7 +54,8 @@ std::vector<float> make_row_table(const std::vector<SphericalProjection::Row>& r
     const double elevation = std::asin(std::clamp(2.0 * i / kSteps - 1, -1.0, 1.0));
     while (above + 2 <= last && rows[above + 1].elevation_rad >= elevation) ++above;
     // Beyond the outermost rows the spacing of the two nearest goes on.
-    const double pitch = last > 0 ? rows[above].elevation_rad - rows[above + 1].elevation_rad : kTurn / 1024;
+    const double pitch =
+        last > 0 ? rows[above].elevation_rad - rows[above + 1].elevation_rad : kTurn / 1024;
     table[i] = static_cast<float>(above + (rows[above].elevation_rad - elevation) / pitch);
   }
   return table;
@@ -65,8 +66,10 @@ std::vector<float> make_row_table(const std::vector<SphericalProjection::Row>& r
 std::optional<SphericalProjection> fit_projection(int num_beams, int num_columns,
                                                   const std::vector<Eigen::Vector3f>& direction_L,
                                                   const std::vector<Eigen::Vector3f>& origin_L) {
-  const std::size_t num_pixels = static_cast<std::size_t>(num_beams) * static_cast<std::size_t>(num_columns);
-  if (num_beams < 1 || num_columns < kMinColumns || !std::has_single_bit(static_cast<unsigned>(num_columns)) ||
+  const std::size_t num_pixels =
+      static_cast<std::size_t>(num_beams) * static_cast<std::size_t>(num_columns);
+  if (num_beams < 1 || num_columns < kMinColumns ||
+      !std::has_single_bit(static_cast<unsigned>(num_columns)) ||
       direction_L.size() != num_pixels || origin_L.size() != num_pixels) {
     return std::nullopt;
   }
@@ -85,10 +88,11 @@ std::optional<SphericalProjection> fit_projection(int num_beams, int num_columns
     for (int column = 0; column < num_columns; ++column) {
       const Eigen::Vector3f& direction = direction_L[first + column];
       const Line other = line_of(direction, origin_L[first + column]);
-      if (std::abs(wrapped(azimuth_of(direction) - row_azimuth - step * column)) > kAngleTolerance ||
+      if (std::abs(wrapped(azimuth_of(direction) - row_azimuth - step * column)) >
+              kAngleTolerance ||
           std::abs(other.sin_up - line.sin_up) > kAngleTolerance ||
-          std::hypot(other.rho_m - line.rho_m, other.z_m - line.z_m, other.tangential_m - line.tangential_m) >
-              kLengthTolerance) {
+          std::hypot(other.rho_m - line.rho_m, other.z_m - line.z_m,
+                     other.tangential_m - line.tangential_m) > kLengthTolerance) {
         return std::nullopt;
       }
     }
@@ -114,18 +118,21 @@ std::optional<SphericalProjection> fit_projection(int num_beams, int num_columns
   for (int row = 0; row < num_beams; ++row) {
     const Line& line = lines[row];
     const Eigen::Vector2d to_ring = ring - Eigen::Vector2d(line.rho_m, line.z_m);
-    if (std::abs(to_ring.x() * line.sin_up - to_ring.y() * line.cos_up) > kLengthTolerance) return std::nullopt;
+    if (std::abs(to_ring.x() * line.sin_up - to_ring.y() * line.cos_up) > kLengthTolerance)
+      return std::nullopt;
     if (row > 0 && line.sin_up >= lines[row - 1].sin_up) return std::nullopt;
     // The scan's column c of this row stands at azimuth0[row] + step * c.
     const double offset_columns = wrapped(azimuth0[row] - image_azimuth0) / step;
     const double residual = (offset_columns - std::round(offset_columns)) * step;
     const int shift = -static_cast<int>(std::lround(offset_columns));
     projection.max_shift = std::max(projection.max_shift, std::abs(shift));
-    projection.rows.push_back({static_cast<float>(std::asin(std::clamp(line.sin_up, -1.0, 1.0))),
-                               static_cast<float>(line.sin_up), static_cast<float>(line.cos_up),
-                               static_cast<float>(std::sin(residual)), static_cast<float>(std::cos(residual)),
-                               static_cast<float>(to_ring.x() * line.cos_up + to_ring.y() * line.sin_up),
-                               static_cast<float>(line.tangential_m), ((shift % num_columns) + num_columns) % num_columns});
+    projection.rows.push_back(
+        {static_cast<float>(std::asin(std::clamp(line.sin_up, -1.0, 1.0))),
+         static_cast<float>(line.sin_up), static_cast<float>(line.cos_up),
+         static_cast<float>(std::sin(residual)), static_cast<float>(std::cos(residual)),
+         static_cast<float>(to_ring.x() * line.cos_up + to_ring.y() * line.sin_up),
+         static_cast<float>(line.tangential_m),
+         ((shift % num_columns) + num_columns) % num_columns});
   }
   for (int column = 0; column < num_columns; ++column) {
     projection.cos_azimuth.push_back(static_cast<float>(std::cos(image_azimuth0 + step * column)));
@@ -138,8 +145,10 @@ std::optional<SphericalProjection> fit_projection(int num_beams, int num_columns
   }
   if (num_beams > 1) {
     const double pitch =
-        double{projection.rows.front().elevation_rad - projection.rows.back().elevation_rad} / (num_beams - 1);
-    projection.squaring = std::clamp(static_cast<int>(std::lround(std::log2(pitch / std::abs(step)))), 0, 3);
+        double{projection.rows.front().elevation_rad - projection.rows.back().elevation_rad} /
+        (num_beams - 1);
+    projection.squaring =
+        std::clamp(static_cast<int>(std::lround(std::log2(pitch / std::abs(step)))), 0, 3);
   }
   return projection;
 }

@@ -23,25 +23,26 @@ struct SphericalProjection {
     float elevation_rad;
     float sin_elevation;
     float cos_elevation;
-    float sin_residual;    ///< of the row's azimuth against its column of the destaggered image
+    float sin_residual;  ///< of the row's azimuth against its column of the destaggered image
     float cos_residual;
     float range_offset_m;  ///< a measured range minus this is the distance from the ring
     float tangential_m;    ///< beams pass the axis at this distance, counter-clockwise positive
-    int shift;             ///< column of the scan = (column of the image + shift) mod num_columns; 0..num_columns-1
+    int shift;  ///< column of the scan = (column of the image + shift) mod num_columns; 0..num_columns-1
   };
 
   int num_columns = 0;  ///< a power of two
   float ring_radius_m = 0;
   float ring_height_m = 0;
   float azimuth0_rad = 0;
-  float columns_per_rad = 0;  ///< negative for a sensor that turns clockwise, seen from above
-  float max_rows_per_rad = 0; ///< where rows are closest together
-  int max_shift = 0;          ///< largest distance of a row's columns from the image's, either way round
-  int squaring = 0;           ///< 2^squaring columns are about as far apart as two rows
+  float columns_per_rad = 0;   ///< negative for a sensor that turns clockwise, seen from above
+  float max_rows_per_rad = 0;  ///< where rows are closest together
+  int max_shift = 0;  ///< largest distance of a row's columns from the image's, either way round
+  int squaring = 0;   ///< 2^squaring columns are about as far apart as two rows
   std::vector<Row> rows;
   std::vector<float> cos_azimuth;  ///< [num_columns] of the image
   std::vector<float> sin_azimuth;
-  std::vector<float> row_of_sine;  ///< [kSineSteps + 2] fractional row by (1 + sine of elevation) / 2 * kSineSteps
+  std::vector<float>
+      row_of_sine;  ///< [kSineSteps + 2] fractional row by (1 + sine of elevation) / 2 * kSineSteps
 
   static constexpr int kSineSteps = 4096;
 
@@ -52,8 +53,8 @@ struct SphericalProjection {
 /// @param direction_L, origin_L  [num_beams x num_columns] as in ScanGeometry
 /// @return nothing for a table that is none of a spinning sensor: rows of constant and falling elevation, evenly spaced
 /// columns, a power of two of them (64 at the least), to within a tenth of a milliradian and a millimetre
-[[nodiscard]] std::optional<SphericalProjection> fit_projection(int num_beams, int num_columns,
-                                                                const std::vector<Eigen::Vector3f>& direction_L,
-                                                                const std::vector<Eigen::Vector3f>& origin_L);
+[[nodiscard]] std::optional<SphericalProjection> fit_projection(
+    int num_beams, int num_columns, const std::vector<Eigen::Vector3f>& direction_L,
+    const std::vector<Eigen::Vector3f>& origin_L);
 
 }  // namespace cloister

@@ -1,10 +1,10 @@
 #include "mapping/scan/spherical_projection.hpp"
 
-#include <doctest/doctest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include <doctest/doctest.h>
 
 #include "mapping/scan/spinning_sensor_for_tests.hpp"
 
@@ -24,7 +24,8 @@ ImagePlace project(const SphericalProjection& projection, const Eigen::Vector3d&
   const int i = static_cast<int>(step);
   const double share = step - i;
   return {(1 - share) * projection.row_of_sine[i] + share * projection.row_of_sine[i + 1],
-          (std::atan2(p_L.y(), p_L.x()) - projection.azimuth0_rad) * projection.columns_per_rad, distance_m};
+          (std::atan2(p_L.y(), p_L.x()) - projection.azimuth0_rad) * projection.columns_per_rad,
+          distance_m};
 }
 
 struct Errors {
@@ -40,14 +41,15 @@ Errors worst_round_trip(const ScanGeometry& geometry, std::initializer_list<doub
     for (int column = 0; column < geometry.num_columns; ++column) {
       const std::size_t pixel = static_cast<std::size_t>(beam) * geometry.num_columns + column;
       for (const double range_m : ranges_m) {
-        const Eigen::Vector3d p_L =
-            geometry.origin_L[pixel].cast<double>() + range_m * geometry.direction_L[pixel].cast<double>();
+        const Eigen::Vector3d p_L = geometry.origin_L[pixel].cast<double>() +
+                                    range_m * geometry.direction_L[pixel].cast<double>();
         const ImagePlace place = project(projection, p_L);
-        const double column_error =
-            std::remainder(place.column - (column - row.shift), static_cast<double>(geometry.num_columns));
+        const double column_error = std::remainder(place.column - (column - row.shift),
+                                                   static_cast<double>(geometry.num_columns));
         worst.row = std::max(worst.row, std::abs(place.row - beam));
         worst.column = std::max(worst.column, std::abs(column_error));
-        worst.distance_m = std::max(worst.distance_m, std::abs(place.distance_m - (range_m - row.range_offset_m)));
+        worst.distance_m =
+            std::max(worst.distance_m, std::abs(place.distance_m - (range_m - row.range_offset_m)));
       }
     }
   }
@@ -82,8 +84,8 @@ TEST_CASE("a row's residual and its distance from the axis tell where in its col
       CHECK(std::abs(residual * projection.columns_per_rad) <= 0.5);
       for (const double range_m : {0.6, 2.0, 30.0}) {
         const std::size_t pixel = static_cast<std::size_t>(beam) * geometry.num_columns + 300;
-        const Eigen::Vector3d p_L =
-            geometry.origin_L[pixel].cast<double>() + range_m * geometry.direction_L[pixel].cast<double>();
+        const Eigen::Vector3d p_L = geometry.origin_L[pixel].cast<double>() +
+                                    range_m * geometry.direction_L[pixel].cast<double>();
         const double aside = std::asin(row.tangential_m / std::hypot(p_L.x(), p_L.y()));
         const double expected = 300 - row.shift + (residual + aside) * projection.columns_per_rad;
         const double column = project(projection, p_L).column;
@@ -102,12 +104,15 @@ TEST_CASE("a projection knows the ring its beams leave, and how its rows are spa
   CHECK(projection.squaring == 2);  // rows 1.4 degrees apart, columns 0.35
   int max_shift = 0;
   for (int row = 0; row < 64; ++row) {
-    CHECK(projection.rows[row].elevation_rad == doctest::Approx(wide_sensor().altitude_rad[row]).epsilon(1e-4));
+    CHECK(projection.rows[row].elevation_rad ==
+          doctest::Approx(wide_sensor().altitude_rad[row]).epsilon(1e-4));
     CHECK(projection.rows[row].shift >= 0);
     CHECK(projection.rows[row].shift < 1024);
-    max_shift = std::max(max_shift, std::min(projection.rows[row].shift, 1024 - projection.rows[row].shift));
+    max_shift = std::max(max_shift,
+                         std::min(projection.rows[row].shift, 1024 - projection.rows[row].shift));
     if (row > 0) {
-      const float pitch = projection.rows[row - 1].elevation_rad - projection.rows[row].elevation_rad;
+      const float pitch =
+          projection.rows[row - 1].elevation_rad - projection.rows[row].elevation_rad;
       CHECK(pitch * projection.max_rows_per_rad >= 0.9999f);
     }
   }
@@ -119,8 +124,8 @@ TEST_CASE("a sensor that turns counter-clockwise has a projection as well") {
   for (auto* vectors : {&geometry.direction_L, &geometry.origin_L}) {
     for (Eigen::Vector3f& v : *vectors) v.y() = -v.y();
   }
-  geometry.projection =
-      fit_projection(geometry.num_beams, geometry.num_columns, geometry.direction_L, geometry.origin_L);
+  geometry.projection = fit_projection(geometry.num_beams, geometry.num_columns,
+                                       geometry.direction_L, geometry.origin_L);
   REQUIRE(geometry.projection);
   CHECK(geometry.projection->columns_per_rad > 0);
   const Errors worst = worst_round_trip(geometry, {8, 60});
@@ -136,7 +141,8 @@ TEST_CASE("beam tables that no spinning sensor has are refused") {
   REQUIRE(fits(good));
 
   ScanGeometry bent = good;  // one pixel half a milliradian off
-  bent.direction_L[12'345] = Eigen::AngleAxisf(5e-4f, Eigen::Vector3f::UnitZ()) * bent.direction_L[12'345];
+  bent.direction_L[12'345] =
+      Eigen::AngleAxisf(5e-4f, Eigen::Vector3f::UnitZ()) * bent.direction_L[12'345];
   CHECK_FALSE(fits(bent));
   ScanGeometry tilted = good;  // elevations that change along a row
   for (Eigen::Vector3f& direction : tilted.direction_L) {
@@ -154,7 +160,9 @@ TEST_CASE("beam tables that no spinning sensor has are refused") {
     for (int column = 0; column < camera.num_columns; ++column) {
       const double around = std::numbers::pi * column / camera.num_columns, up = 0.2 - 0.005 * beam;
       camera.direction_L[beam * camera.num_columns + column] =
-          Eigen::Vector3d(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up)).cast<float>();
+          Eigen::Vector3d(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around),
+                          std::sin(up))
+              .cast<float>();
     }
   }
   CHECK_FALSE(fits(camera));
@@ -164,7 +172,8 @@ TEST_CASE("beam tables that no spinning sensor has are refused") {
 }
 
 TEST_CASE("only powers of two of at least 64 columns are projected") {
-  for (const int columns : {32, 360, 1000, 1023}) CHECK_FALSE(geometry_of(wide_sensor(columns)).projection);
+  for (const int columns : {32, 360, 1000, 1023})
+    CHECK_FALSE(geometry_of(wide_sensor(columns)).projection);
   for (const int columns : {64, 512, 4096}) CHECK(geometry_of(wide_sensor(columns)).projection);
   CHECK_FALSE(fit_projection(0, 1024, {}, {}));
 }

@@ -24,7 +24,8 @@ struct SpinningSensor {
 };
 
 /// Rows spread unevenly from top to bottom, staggered by four azimuths.
-inline SpinningSensor staggered_sensor(int rows, double top_deg, double bottom_deg, double stagger_deg, int columns) {
+inline SpinningSensor staggered_sensor(int rows, double top_deg, double bottom_deg,
+                                       double stagger_deg, int columns) {
   SpinningSensor sensor;
   sensor.num_columns = columns;
   std::mt19937 rng(1);
@@ -58,23 +59,26 @@ inline ScanGeometry geometry_of(const SpinningSensor& sensor) {
   geometry.num_beams = static_cast<int>(sensor.altitude_rad.size());
   geometry.num_columns = sensor.num_columns;
   geometry.pixel_shift.assign(sensor.altitude_rad.size(), 0);
-  const Eigen::Matrix3d R_L_lidar = Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Matrix3d R_L_lidar =
+      Eigen::AngleAxisd(std::numbers::pi, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   for (int beam = 0; beam < geometry.num_beams; ++beam) {
     const double up = sensor.altitude_rad[beam];
     for (int column = 0; column < geometry.num_columns; ++column) {
       const double encoder = -2 * std::numbers::pi * column / geometry.num_columns;
       const double around = encoder - sensor.azimuth_rad[beam];
-      const Eigen::Vector3d direction(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up));
+      const Eigen::Vector3d direction(std::cos(up) * std::cos(around),
+                                      std::cos(up) * std::sin(around), std::sin(up));
       // Ranges count from the ring's radius before the beam leaves the ring.
       const Eigen::Vector3d origin =
-          sensor.ring_radius_m * (Eigen::Vector3d(std::cos(encoder), std::sin(encoder), 0) - direction);
+          sensor.ring_radius_m *
+          (Eigen::Vector3d(std::cos(encoder), std::sin(encoder), 0) - direction);
       geometry.direction_L.push_back((R_L_lidar * direction).cast<float>());
       geometry.origin_L.push_back(
           (R_L_lidar * origin + Eigen::Vector3d(0, 0, sensor.lidar_height_m)).cast<float>());
     }
   }
-  geometry.projection =
-      fit_projection(geometry.num_beams, geometry.num_columns, geometry.direction_L, geometry.origin_L);
+  geometry.projection = fit_projection(geometry.num_beams, geometry.num_columns,
+                                       geometry.direction_L, geometry.origin_L);
   return geometry;
 }
 
