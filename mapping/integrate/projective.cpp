@@ -283,6 +283,18 @@ class Carver {
         const VoxelLook look(projector_, LinearView(views, child), 0.5f * (kOctantEdge - 1), false);
         free |= static_cast<unsigned>(is_seen_through(look, kOctantSlice, 0)) << child;
       }
+    } else if (free != kAllOctants) {
+      BlockBits seen = kNone, crossed = kNone;
+      look_up_at_seam(visit.corner, kNoOctants, seen, crossed);
+      for (int child = 0; child < 8; ++child) {
+        const VoxelCoord local = child_corner_of(VoxelCoord::Zero(), kOctantEdge, child);
+        int num_seen = 0;
+        for (int z = 0; z < kOctantEdge; ++z) {
+          num_seen +=
+              std::popcount(seen.word[local.z() + z] & kOctantRows << (local.x() + 8 * local.y()));
+        }
+        free |= static_cast<unsigned>(num_seen >= kOctantVoxels - kMaxUnseenVoxels) << child;
+      }
     }
     return static_cast<OctantMask>(free);
   }
@@ -308,7 +320,6 @@ class Carver {
                                   ? occupied_octants(pools_.store.block(Volume::block_index(place)))
                               : Volume::coarse_value(place) > 0 ? kAllOctants
                                                                 : kNoOctants;
-    const int columns = projector_.projection.num_columns;
     const NodePose from = pose_for(visit);
     if (may_be_far(visit, from) && look_up_block(LinearView(*visit.views, visit.child),
                                                  occupied != kNoOctants, free, crossed)) {
@@ -316,10 +327,7 @@ class Carver {
     } else if (from.share < 1) {
       look_up_octants(visit.corner, {from.pose, 0}, kWhole, occupied, free, crossed);
     } else {
-      look_up_octants(visit.corner, {&projector_.image.poses.front(), 0}, {0, columns / 2, true},
-                      occupied, free, crossed);
-      look_up_octants(visit.corner, {&projector_.image.poses.back(), 0},
-                      {columns / 2, columns, true}, occupied, free, crossed);
+      look_up_at_seam(visit.corner, occupied, free, crossed);
     }
     const BlockBits& hit = marked != nullptr ? marked->hit : kNone;
     for (int z = 0; z < kBlockEdge; ++z) free.word[z] &= ~hit.word[z];
@@ -340,6 +348,16 @@ class Carver {
     const VoxelLook look(projector_, view, 0.5f * (kBlockEdge - 1), has_occupied);
     if (look.fits()) look.at_block(free, crossed);
     return look.fits();
+  }
+
+  /// Looks up a block where the scan's beginning and end meet: with both their poses.
+  void look_up_at_seam(const VoxelCoord& corner, unsigned occupied, BlockBits& free,
+                       BlockBits& crossed) const {
+    const int columns = projector_.projection.num_columns;
+    look_up_octants(corner, {&projector_.image.poses.front(), 0}, {0, columns / 2, true}, occupied,
+                    free, crossed);
+    look_up_octants(corner, {&projector_.image.poses.back(), 0}, {columns / 2, columns, true},
+                    occupied, free, crossed);
   }
 
   /// Looks up a block octant by octant with one pose, as far as its columns belong to it.
