@@ -58,9 +58,7 @@ HWY_INLINE OctantMask occupied_octants(const Block& block) {
       }
     }
     for (int octant = 0; octant < 4; ++octant) {
-      const std::uint64_t rows = std::uint64_t{0x0f0f0f0f}
-                                 << ((octant & 1) * 4 + (octant >> 1) * 32);
-      octants |= static_cast<unsigned>((slices & rows) != 0) << (octant + 4 * half);
+      octants |= static_cast<unsigned>((slices & octant_rows(octant)) != 0) << (octant + 4 * half);
     }
   }
   return static_cast<OctantMask>(octants);
@@ -128,8 +126,7 @@ HWY_INLINE std::size_t apply_to_place(const Evidence& evidence, const BlockBits&
     // An octant's rows in one word; all of them, and any.
     unsigned all = 0, any = 0;
     for (int octant = 0; octant < 8; ++octant) {
-      const std::uint64_t rows = std::uint64_t{0x0f0f0f0f}
-                                 << ((octant & 1) * 4 + (octant >> 1 & 1) * 32);
+      const std::uint64_t rows = octant_rows(octant);
       std::uint64_t in_all = rows, in_any = 0;
       for (int z = 0; z < kOctantEdge; ++z) {
         in_all &= free.word[(octant >> 2) * kOctantEdge + z];

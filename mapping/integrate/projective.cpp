@@ -62,7 +62,7 @@ class Carver {
 
  private:
   static VoxelCoord child_corner_of(const VoxelCoord& corner, int edge, int child) {
-    return corner + VoxelCoord((child & 1) * edge, ((child >> 1) & 1) * edge, (child >> 2) * edge);
+    return corner + octant_corner(child) * (edge / kOctantEdge);
   }
 
   void divide(const VoxelCoord& corner, int edge, const NodePose& from) {
@@ -76,9 +76,9 @@ class Carver {
       for (unsigned rest = views.mixed; rest != 0; rest &= rest - 1) {
         const int child = std::countr_zero(rest);
         const VoxelCoord child_corner = child_corner_of(corner, child_edge, child);
-        const bool has_gaps =
-            (views.gaps >> child & 1) != 0 && is_turn_of(child_corner, views.distance_m[child]);
-        if (!may_change(child_corner, child_edge, has_gaps)) ask &= ~(1u << child);
+        if (!may_change(child_corner, child_edge, may_have_gaps(views, child, child_corner))) {
+          ask &= ~(1u << child);
+        }
       }
     }
     if (child_edge == kBlockEdge) fetch_blocks(corner, ask);
@@ -87,8 +87,7 @@ class Carver {
       const VoxelCoord child_corner = child_corner_of(corner, child_edge, child);
       const bool is_free = (views.free >> child) & 1;
       if (child_edge == kBlockEdge) {
-        visit_block(
-            {child_corner, is_free, ((views.gaps >> child) & 1) != 0, &views, child, nullptr});
+        visit_block({child_corner, is_free, &views, child, nullptr});
       } else if (is_free) {
         visit_free(child_corner, child_edge, projector_.pose_for(views, child, child_edge));
       } else {
@@ -158,7 +157,7 @@ class Carver {
     for (int z = 0; z < edge; z += kBlockEdge) {
       for (int y = 0; y < edge; y += kBlockEdge) {
         for (int x = 0; x < edge; x += kBlockEdge)
-          visit_block({corner + VoxelCoord(x, y, z), true, true, nullptr, 0, &from});
+          visit_block({corner + VoxelCoord(x, y, z), true, nullptr, 0, &from});
       }
     }
   }
@@ -166,19 +165,16 @@ class Carver {
   /// A block on its way through a scan.
   struct BlockVisit {
     VoxelCoord corner;
-    bool is_free;   ///< it is seen through as a whole
-    bool has_gaps;  ///< parts of it may be
-    const NodeViews*
-        views;  ///< how it looks as one of eight children; null for a part of a larger free node
-    int child;
-    const NodePose* from;  ///< where it is seen from, without views
+    bool is_free;            ///< it is seen through as a whole
+    const NodeViews* views;  ///< how it looks as one of eight; null in a larger node that is free
+    int child;               ///< which of the eight
+    const NodePose* from;    ///< where it is seen from, without views
   };
 
-  /// Is it far enough away for its voxels to be looked up from its own view, if all of them lie in few pixels? One pose
-  /// has to see it as a whole as well.
-  bool may_be_far(const BlockVisit& visit, const NodePose& from) const {
+  /// Is a block, seen by one pose as a whole, this far away?
+  bool is_beyond(const BlockVisit& visit, const NodePose& from, float voxels) const {
     return visit.views != nullptr && from.share < 1 &&
-           visit.views->distance_m[visit.child] > kMinFarVoxels * projector_.voxel_m;
+           visit.views->distance_m[visit.child] > voxels * projector_.voxel_m;
   }
 
   NodePose pose_for(const BlockVisit& visit) const {
@@ -195,9 +191,8 @@ class Carver {
       if (visit.is_free) {
         ++result_.blocks_free;
         update_node(index, kAllOctants);
-      } else if (visit.has_gaps && Volume::known_octants(place) != kAllOctants &&
-                 (visit.views == nullptr ||
-                  is_turn_of(visit.corner, visit.views->distance_m[visit.child]))) {
+      } else if (may_have_gaps(*visit.views, visit.child, visit.corner) &&
+                 Volume::known_octants(place) != kAllOctants) {
         ++result_.blocks_coarse;
         update_node(index, free_octants(visit, Volume::known_octants(place)));
       }
@@ -229,6 +224,11 @@ class Carver {
             1) != 0;
   }
 
+  /// May parts of a child of this chunk turn out to be free now?
+  bool may_have_gaps(const NodeViews& views, int child, const VoxelCoord& corner) const {
+    return (views.gaps >> child & 1) != 0 && is_turn_of(corner, views.distance_m[child]);
+  }
+
   /// Of what is unknown so far away, a quarter is asked in each scan: nodes of 32 voxels in turn.
   bool is_turn_of(const VoxelCoord& corner, float distance_m) const {
     constexpr int kTurnShift = 5;
@@ -254,15 +254,13 @@ class Carver {
   OctantMask free_octants(const BlockVisit& visit, OctantMask known) const {
     const NodePose from = pose_for(visit);
     unsigned candidates = kAllOctants;
-    if (visit.views != nullptr && from.share < 1 &&
-        visit.views->distance_m[visit.child] > kMinLookVoxels * projector_.voxel_m) {
+    if (is_beyond(visit, from, kMinLookVoxels)) {
       // Most blocks that come here show nothing: one look at the middles of their octants tells.
       const VoxelLook look(projector_, LinearView(*visit.views, visit.child),
                            0.5f * (kBlockEdge - 1), false);
       candidates = look.at(kOctantMiddles, 0, kWhole).free & kAllOctants;
       if (candidates == kNoOctants) return kNoOctants;
-      if (look.fits() &&
-          visit.views->distance_m[visit.child] > kMinFarVoxels * projector_.voxel_m) {
+      if (look.fits() && is_beyond(visit, from, kMinFarVoxels)) {
         unsigned free = 0;
         for (unsigned open = candidates; open != 0; open &= open - 1) {
           const int octant = std::countr_zero(open);
@@ -286,14 +284,13 @@ class Carver {
     } else if (free != kAllOctants) {
       BlockBits seen = kNone, crossed = kNone;
       look_up_at_seam(visit.corner, kNoOctants, seen, crossed);
-      for (int child = 0; child < 8; ++child) {
-        const VoxelCoord local = child_corner_of(VoxelCoord::Zero(), kOctantEdge, child);
+      for (int octant = 0; octant < 8; ++octant) {
+        const std::uint64_t* words = seen.word + octant_corner(octant).z();
         int num_seen = 0;
         for (int z = 0; z < kOctantEdge; ++z) {
-          num_seen +=
-              std::popcount(seen.word[local.z() + z] & kOctantRows << (local.x() + 8 * local.y()));
+          num_seen += std::popcount(words[z] & octant_rows(octant));
         }
-        free |= static_cast<unsigned>(num_seen >= kOctantVoxels - kMaxUnseenVoxels) << child;
+        free |= static_cast<unsigned>(num_seen >= kOctantVoxels - kMaxUnseenVoxels) << octant;
       }
     }
     return static_cast<OctantMask>(free);
@@ -321,13 +318,12 @@ class Carver {
                               : Volume::coarse_value(place) > 0 ? kAllOctants
                                                                 : kNoOctants;
     const NodePose from = pose_for(visit);
-    if (may_be_far(visit, from) && look_up_block(LinearView(*visit.views, visit.child),
-                                                 occupied != kNoOctants, free, crossed)) {
-      // Done.
-    } else if (from.share < 1) {
-      look_up_octants(visit.corner, {from.pose, 0}, kWhole, occupied, free, crossed);
-    } else {
+    if (from.share >= 1) {
       look_up_at_seam(visit.corner, occupied, free, crossed);
+    } else if (!is_beyond(visit, from, kMinFarVoxels) ||
+               !look_up_block(LinearView(*visit.views, visit.child), occupied != kNoOctants, free,
+                              crossed)) {
+      look_up_octants(visit.corner, {from.pose, 0}, kWhole, occupied, free, crossed);
     }
     const BlockBits& hit = marked != nullptr ? marked->hit : kNone;
     for (int z = 0; z < kBlockEdge; ++z) free.word[z] &= ~hit.word[z];
@@ -373,10 +369,10 @@ class Carver {
                              ? views.free | views.mixed
                              : (views.mixed & (views.gaps | occupied)) | (views.free & occupied);
     for (int child = 0; child < 8; ++child) {
-      const VoxelCoord local = child_corner_of(VoxelCoord::Zero(), kOctantEdge, child);
-      const int shift = local.x() + 8 * local.y();
+      const VoxelCoord local = octant_corner(child);
+      const int shift = local.x() + kBlockEdge * local.y();
       if ((seen >> child & 1) != 0) {
-        for (int z = 0; z < kOctantEdge; ++z) free.word[local.z() + z] |= kOctantRows << shift;
+        for (int z = 0; z < kOctantEdge; ++z) free.word[local.z() + z] |= octant_rows(child);
       }
       if ((ask >> child & 1) == 0) continue;
       const VoxelLook look(projector_, LinearView(views, child), 0.5f * (kOctantEdge - 1),
@@ -394,8 +390,6 @@ class Carver {
     return (bits & 0xf) | ((bits & 0xf0) << 4) | ((bits & 0xf00) << 8) | ((bits & 0xf000) << 12);
   }
 
-  static constexpr std::uint64_t kOctantRows =
-      0x0f0f0f0f;  ///< of an octant at 0, in one word of BlockBits
   static constexpr std::uint64_t kFull = ~std::uint64_t{0};
   static constexpr BlockBits kAll{{kFull, kFull, kFull, kFull, kFull, kFull, kFull, kFull}};
   static constexpr BlockBits kNone{};

@@ -169,11 +169,8 @@ class VoxelLook {
         gaps_(beams_) {
     // As far as a voxel reaches from its centre, in columns and by the sine of the elevation: no beam that hits it passes
     // further off.
-    const auto width = [](const float(&step)[3]) {
-      return 0.5f * (std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]));
-    };
-    column_reach_ = width(view.column_step);
-    sine_reach_ = width(view.sine_step);
+    column_reach_ = 0.5f * extent(view.column_step);
+    sine_reach_ = 0.5f * extent(view.sine_step);
     // Where voxels are wider than the image's cells some beam crosses each of them; elsewhere the gaps tell.
     asks_gaps_ = column_reach_ < 0.5f || sine_reach_ * std::abs(view.rows_per_sine) < 0.5f;
     asks_beams_ = has_occupied || !asks_gaps_;
@@ -186,12 +183,6 @@ class VoxelLook {
                   (2 * sine_reach);
     if (asks_beams_) beams_.load(from.image.free_m.data());
     if (asks_gaps_) gaps_.load(from.image.gap_free_m.data());
-  }
-
-  /// How far from the middle the outermost voxels lie.
-  static float reach(const float (&step)[3], float reach_voxels) {
-    return kShrinkSlack * reach_voxels *
-           (std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]));
   }
 
   /// Are all its pixels in registers?
@@ -250,46 +241,44 @@ class VoxelLook {
   }
 
  private:
+  /// Of a cube of one voxel, across the image.
+  static float extent(const float (&step)[3]) {
+    return std::abs(step[0]) + std::abs(step[1]) + std::abs(step[2]);
+  }
+  /// How far from the middle the outermost voxels lie.
+  static float reach(const float (&step)[3], float reach_voxels) {
+    return kShrinkSlack * reach_voxels * extent(step);
+  }
+
   /// What is known of as many places as a vector has lanes.
   HWY_INLINE SliceBits judge(hn::Vec<Voxels16> column, hn::Vec<Voxels16> sine,
                              hn::Vec<Voxels16> distance, const ColumnWindow& window) const {
     const Voxels16 d;
     const hn::RebindToSigned<Voxels16> di;
     using V = hn::Vec<Voxels16>;
-    const V zero = hn::Zero(d);
-    const auto mask = hn::Set(di, from_.column_mask);
-    const auto before = hn::Set(di, window.first - 1), end = hn::Set(di, window.end);
+    // Does a pixel prove more than that? One that was fired at the other end of the scan belongs to the other pose.
+    const auto is_proven = [&](V proven, hn::Vec<hn::RebindToSigned<Voxels16>> index) HWY_ATTR {
+      if (!window.is_seam) return proven >= distance;
+      const auto wrapped = index & hn::Set(di, from_.column_mask);
+      const auto is_inside = hn::RebindMask(
+          d, hn::And(wrapped > hn::Set(di, window.first - 1), wrapped < hn::Set(di, window.end)));
+      return hn::And(hn::Xor(is_inside, proven < hn::Zero(d)), hn::Abs(proven) >= distance);
+    };
     const Rows rows = rows_at(sine);
-    const auto is_between = hn::And(sine <= hn::Set(d, from_.projection.rows.front().sin_elevation),
-                                    sine > hn::Set(d, from_.projection.rows.back().sin_elevation));
     unsigned crossed = 0, filled = 0;
     if (asks_beams_) {
       const V beam_column = hn::Round(column);
       const auto is_near = hn::And(hn::Abs(sine - rows.beam_sine) <= hn::Set(d, sine_reach_),
                                    hn::Abs(column - beam_column) <= hn::Set(d, column_reach_));
-      const auto column_index = hn::ConvertTo(di, beam_column);
-      const V proven = beams_.at(rows.beam, column_index);
-      auto is_crossed = hn::And(is_near, proven >= distance);
-      if (window.is_seam) {
-        // A pixel that was fired at the other end of the scan belongs to the other pose.
-        const auto wrapped = column_index & mask;
-        const auto is_inside = hn::RebindMask(d, hn::And(wrapped > before, wrapped < end));
-        is_crossed = hn::And(hn::And(is_near, hn::Xor(is_inside, proven < zero)),
-                             hn::Abs(proven) >= distance);
-      }
-      crossed = mask_bits(d, is_crossed);
+      const auto index = hn::ConvertTo(di, beam_column);
+      crossed = mask_bits(d, hn::And(is_near, is_proven(beams_.at(rows.beam, index), index)));
     }
     if (asks_gaps_) {
-      const auto column_index = hn::ConvertTo(di, hn::Floor(column));
-      const V gap = gaps_.at(rows.gap, column_index);
-      auto is_filled = hn::And(is_between, gap >= distance);
-      if (window.is_seam) {
-        const auto wrapped = column_index & mask;
-        const auto is_inside = hn::RebindMask(d, hn::And(wrapped > before, wrapped < end));
-        is_filled =
-            hn::And(hn::And(is_between, hn::Xor(is_inside, gap < zero)), hn::Abs(gap) >= distance);
-      }
-      filled = mask_bits(d, is_filled);
+      const auto& beams = from_.projection.rows;
+      const auto is_between = hn::And(sine <= hn::Set(d, beams.front().sin_elevation),
+                                      sine > hn::Set(d, beams.back().sin_elevation));
+      const auto index = hn::ConvertTo(di, hn::Floor(column));
+      filled = mask_bits(d, hn::And(is_between, is_proven(gaps_.at(rows.gap, index), index)));
     }
     return {crossed | filled, crossed};
   }

@@ -21,14 +21,18 @@ double wrapped(double angle_rad) { return std::remainder(angle_rad, kTurn); }
 
 /// A beam as a line in the half-plane (rho, z) that it lies in, up to its small distance from the axis.
 struct Line {
-  double rho_m, z_m, tangential_m, cos_up, sin_up;
+  double azimuth_rad, rho_m, z_m, tangential_m, cos_up, sin_up;
 };
 
 Line line_of(const Eigen::Vector3f& direction_L, const Eigen::Vector3f& origin_L) {
   const double azimuth = azimuth_of(direction_L);
   const double c = std::cos(azimuth), s = std::sin(azimuth);
-  return {origin_L.x() * c + origin_L.y() * s, origin_L.z(), origin_L.y() * c - origin_L.x() * s,
-          std::hypot(double{direction_L.x()}, double{direction_L.y()}), direction_L.z()};
+  return {azimuth,
+          origin_L.x() * c + origin_L.y() * s,
+          origin_L.z(),
+          origin_L.y() * c - origin_L.x() * s,
+          std::hypot(double{direction_L.x()}, double{direction_L.y()}),
+          direction_L.z()};
 }
 
 /// Point (rho, z) nearest to all lines, least squares.
@@ -84,11 +88,9 @@ std::optional<SphericalProjection> fit_projection(int num_beams, int num_columns
   for (int row = 0; row < num_beams; ++row) {
     const std::size_t first = static_cast<std::size_t>(row) * num_columns;
     const Line line = line_of(direction_L[first], origin_L[first]);
-    const double row_azimuth = azimuth_of(direction_L[first]);
     for (int column = 0; column < num_columns; ++column) {
-      const Eigen::Vector3f& direction = direction_L[first + column];
-      const Line other = line_of(direction, origin_L[first + column]);
-      if (std::abs(wrapped(azimuth_of(direction) - row_azimuth - step * column)) >
+      const Line other = line_of(direction_L[first + column], origin_L[first + column]);
+      if (std::abs(wrapped(other.azimuth_rad - line.azimuth_rad - step * column)) >
               kAngleTolerance ||
           std::abs(other.sin_up - line.sin_up) > kAngleTolerance ||
           std::hypot(other.rho_m - line.rho_m, other.z_m - line.z_m,
@@ -97,7 +99,7 @@ std::optional<SphericalProjection> fit_projection(int num_beams, int num_columns
       }
     }
     lines.push_back(line);
-    azimuth0.push_back(row_azimuth);
+    azimuth0.push_back(line.azimuth_rad);
   }
 
   // Column 0 of the image: in the middle of the rows' columns 0, where the rows' columns agree best.

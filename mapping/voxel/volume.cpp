@@ -84,14 +84,16 @@ Block* Volume::make_block(VoxelPools& pools, Chunk& chunk, std::uint32_t& place)
   if (node.is_uniform()) {
     std::memset(block.voxels, node.coarse, sizeof(block.voxels));
   } else {
-    for (int i = 0; i < kBlockVoxels; i += kOctantEdge) std::memset(block.voxels + i, node.at(i), kOctantEdge);
+    for (int i = 0; i < kBlockVoxels; i += kOctantEdge)
+      std::memset(block.voxels + i, node.at(i), kOctantEdge);
   }
   set_place(chunk, place, kBlockFlag | index);
   ++num_blocks_;
   return &block;
 }
 
-void Volume::set_coarse(VoxelPools& pools, Chunk& chunk, std::uint32_t& place, LogOdds value, OctantMask known) {
+void Volume::set_coarse(VoxelPools& pools, Chunk& chunk, std::uint32_t& place, LogOdds value,
+                        OctantMask known) {
   if (has_block(place)) {
     pools.blocks.release(block_index(place));
     --num_blocks_;
@@ -104,7 +106,7 @@ bool Volume::settle_block(VoxelPools& pools, Chunk& chunk, std::uint32_t& place)
   const Block& block = pools.store.block(block_index(place));
   LogOdds lowest[8], highest[8];
   for (int octant = 0; octant < 8; ++octant) {
-    const int first = index_in_block((octant & 1) * kOctantEdge, (octant >> 1 & 1) * kOctantEdge, (octant >> 2) * kOctantEdge);
+    const int first = index_in_block(octant_corner(octant));
     lowest[octant] = highest[octant] = block.voxels[first];
     for (int z = 0; z < kOctantEdge; ++z) {
       for (int y = 0; y < kOctantEdge; ++y) {

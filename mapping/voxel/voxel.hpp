@@ -34,10 +34,10 @@ using VoxelCoord = Eigen::Vector3i;
 using BlockCoord = Eigen::Vector3i;
 using ChunkCoord = Eigen::Vector3i;
 
-inline constexpr int kBlockEdge = 8;      ///< voxels
+inline constexpr int kBlockEdge = 8;  ///< voxels
 inline constexpr int kBlockShift = 3;
 inline constexpr int kBlockVoxels = 512;
-inline constexpr int kChunkEdge = 8;      ///< blocks
+inline constexpr int kChunkEdge = 8;  ///< blocks
 inline constexpr int kChunkBlocks = 512;
 
 /// The finest node: 8x8x8 voxels, x fastest, then y, then z. Aligned for the widest vectors.
@@ -49,7 +49,9 @@ static_assert(sizeof(Block) == 512);
 [[nodiscard]] constexpr int index_in_block(int x, int y, int z) {
   return (x & 7) | ((y & 7) << 3) | ((z & 7) << 6);
 }
-[[nodiscard]] inline int index_in_block(const VoxelCoord& v) { return index_in_block(v.x(), v.y(), v.z()); }
+[[nodiscard]] inline int index_in_block(const VoxelCoord& v) {
+  return index_in_block(v.x(), v.y(), v.z());
+}
 
 /// Block of a voxel, or chunk of a block.
 [[nodiscard]] inline Eigen::Vector3i parent_coord(const Eigen::Vector3i& c) {
@@ -60,11 +62,18 @@ static_assert(sizeof(Block) == 512);
 using OctantMask = std::uint8_t;
 inline constexpr OctantMask kNoOctants = 0;
 inline constexpr OctantMask kAllOctants = 0xff;
-inline constexpr int kOctantEdge = 4;     ///< voxels
+inline constexpr int kOctantEdge = 4;  ///< voxels
 inline constexpr int kOctantVoxels = 64;
 
 /// Octant of a voxel, by its index in the block.
-[[nodiscard]] constexpr int octant_of(int index) { return (index >> 2 & 1) | (index >> 4 & 2) | (index >> 6 & 4); }
+[[nodiscard]] constexpr int octant_of(int index) {
+  return (index >> 2 & 1) | (index >> 4 & 2) | (index >> 6 & 4);
+}
+
+/// The lowest voxel of an octant, by its coordinates in the block.
+[[nodiscard]] inline VoxelCoord octant_corner(int octant) {
+  return {(octant & 1) * kOctantEdge, (octant >> 1 & 1) * kOctantEdge, (octant >> 2) * kOctantEdge};
+}
 
 /// What a block's place in a submap holds: a Block, or a coarse node, which is one value for those of its octants that
 /// are known.
@@ -75,7 +84,9 @@ struct BlockView {
 
   [[nodiscard]] bool is_unknown() const { return block == nullptr && known == kNoOctants; }
   /// One value for all 512 voxels?
-  [[nodiscard]] bool is_uniform() const { return block == nullptr && (known == kNoOctants || known == kAllOctants); }
+  [[nodiscard]] bool is_uniform() const {
+    return block == nullptr && (known == kNoOctants || known == kAllOctants);
+  }
   [[nodiscard]] LogOdds at(int index) const {
     if (block != nullptr) return block->voxels[index];
     return (known >> octant_of(index) & 1) != 0 ? coarse : kUnknownLogOdds;
