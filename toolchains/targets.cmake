@@ -13,18 +13,44 @@ function(cloister_target_defaults target)
   endif()
 endfunction()
 
-# cloister_test(NAME SOURCES a_test.cpp ... LINK lib ...): one doctest executable, each case a CTest test.
-# The sources' folder is handed over as CLOISTER_TEST_DATA, the tree's test/data.
+# Sets `result` to whether tests of this kind are built: `bench` (of what never runs on a robot, and of the tree itself),
+# `robot` or `threads`. The sanitizers look at what runs on a robot, the thread sanitizer at what starts threads.
+function(cloister_builds_tests kind result)
+  set(all bench robot threads)
+  set(robot robot threads)
+  set(threads threads)
+  if(CLOISTER_BUILD_TESTS AND kind IN_LIST ${CLOISTER_TESTS})
+    set(${result} ON PARENT_SCOPE)
+  else()
+    set(${result} OFF PARENT_SCOPE)
+  endif()
+endfunction()
+
+# cloister_test(NAME [KIND bench|robot|threads] SOURCES a_test.cpp ... LINK lib ... [PROGRAMS target ...]
+#               [PROPERTIES name value ...]): one doctest executable, each case a CTest test.
+# The sources get the tree's test/data as CLOISTER_TEST_DATA, and each program's path as NAME_PROGRAM. Nothing
+# is done where tests of this kind are not built.
 function(cloister_test name)
-  if(NOT CLOISTER_BUILD_TESTS)
+  cmake_parse_arguments(arg "" "KIND" "SOURCES;LINK;PROGRAMS;PROPERTIES" ${ARGN})
+  if(NOT arg_KIND)
+    set(arg_KIND robot)
+  endif()
+  cloister_builds_tests(${arg_KIND} is_built)
+  if(NOT is_built)
     return()
   endif()
-  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE ${arg_LINK} cloister_test_main doctest::doctest)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_compile_definitions(${name} PRIVATE CLOISTER_TEST_DATA="${PROJECT_SOURCE_DIR}/test/data")
+  foreach(program ${arg_PROGRAMS})
+    string(TOUPPER ${program} variable)
+    string(REPLACE "-" "_" variable ${variable})
+    target_compile_definitions(${name} PRIVATE ${variable}_PROGRAM="$<TARGET_FILE:${program}>")
+    add_dependencies(${name} ${program})
+  endforeach()
   cloister_target_defaults(${name})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
-  doctest_discover_tests(${name} TEST_PREFIX "${name}: " PROPERTIES TIMEOUT 600)
+  add_dependencies(tests ${name})
+  doctest_discover_tests(${name} TEST_PREFIX "${name}: " PROPERTIES TIMEOUT 900 ${arg_PROPERTIES})
 endfunction()

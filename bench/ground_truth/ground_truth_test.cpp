@@ -211,7 +211,7 @@ class FakeReplay {
   [[nodiscard]] fs::path json() const { return root_ / "result.json"; }
 
   [[nodiscard]] int judge(const std::string& more = "") const {
-    const std::string command = std::string(CLOISTER_GROUND_TRUTH) + " " + mission().string() +
+    const std::string command = std::string(CLOISTER_GROUND_TRUTH_PROGRAM) + " " + mission().string() +
                                 " " + out().string() + " --points 2000 --samples 5000 --cloister " +
                                 (root_ / "cloister").string() + " --json " + json().string() +
                                 more + " > /dev/null 2> /dev/null";

@@ -39,7 +39,7 @@ std::string read(const fs::path& path) {
 
 int simulate(const std::string& arguments, const fs::path& error = "/dev/null") {
   const std::string command =
-      std::string(CLOISTER_SIMULATE) + " " + arguments + " > /dev/null 2> " + error.string();
+      std::string(CLOISTER_SIMULATE_PROGRAM) + " " + arguments + " > /dev/null 2> " + error.string();
   const int status = std::system(command.c_str());
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }

@@ -39,7 +39,7 @@ TEST_CASE("a replay of the house leaves every output, true to the world it was s
 
   const auto truth_json = (folder.path() / "truth.json").string();
   const ProgramResult truth =
-      run_program(CLOISTER_GROUND_TRUTH, std::string(CLOISTER_HOUSE_MISSION) + " " + out.string() + " --cloister " +
+      run_program(CLOISTER_GROUND_TRUTH_PROGRAM, std::string(CLOISTER_HOUSE_MISSION) + " " + out.string() + " --cloister " +
                                              CLOISTER_PROGRAM + " --points 20000 --samples 20000 --json " + truth_json);
   REQUIRE(truth.exit_status == 0);
   const auto figures = read_json(truth_json);
