@@ -24,6 +24,9 @@ constexpr float kMinFarVoxels = 200;
 // Nearer than this, not even where an octant's middle is seen can be told from the block's own view.
 constexpr float kMinLookVoxels = 40;
 
+// Chunks are asked for free space by every scan, every other, or every fourth.
+constexpr int kNumPaces = 3;
+
 // Of an octant's 64, for it to be free as a whole all the same.
 constexpr int kMaxUnseenVoxels = 16;
 
@@ -32,16 +35,17 @@ class Carver {
   explicit Carver(const ProjectiveJob& job)
       : projector_(job.image, static_cast<float>(job.voxel_size_m),
                    static_cast<float>(job.max_range_m)),
-        evidence_(job.evidence),
-        twice_free_(job.evidence),
         scan_number_(job.scan_number),
         marks_(job.marks),
         pools_(job.pools),
         volume_(job.volume),
         reach_m_(static_cast<float>(job.max_range_m) + job.image.moved_m),
         sparse_m_(projector_.voxel_m * projector_.projection.max_rows_per_rad),
-        is_first_(job.scan_number == 0) {
-    twice_free_.miss = static_cast<LogOdds>(2 * std::max<int>(evidence_.miss, -63));
+        evidence_for_{job.evidence, job.evidence, job.evidence} {
+    for (int pace = 1; pace < kNumPaces; ++pace) {
+      evidence_for_[pace].miss =
+          static_cast<LogOdds>(std::max(job.evidence.miss * (1 << pace), -127));
+    }
   }
 
   ProjectiveResult run() {
@@ -62,11 +66,14 @@ class Carver {
 
  private:
   static VoxelCoord child_corner_of(const VoxelCoord& corner, int edge, int child) {
-    return corner + octant_corner(child) * (edge / kOctantEdge);
+    const VoxelCoord octant = octant_corner(child);
+    const int scale = edge / kOctantEdge;
+    return {corner.x() + scale * octant.x(), corner.y() + scale * octant.y(),
+            corner.z() + scale * octant.z()};
   }
 
   void divide(const VoxelCoord& corner, int edge, const NodePose& from) {
-    if (edge == kChunkVoxels) enter_chunk(corner);
+    if (edge == kChunkVoxels && !enter_chunk(corner, from)) return;
     const int child_edge = edge / 2;
     NodeViews views;
     projector_.view_children(corner, child_edge, from, views);
@@ -76,7 +83,7 @@ class Carver {
       for (unsigned rest = views.mixed; rest != 0; rest &= rest - 1) {
         const int child = std::countr_zero(rest);
         const VoxelCoord child_corner = child_corner_of(corner, child_edge, child);
-        if (!may_change(child_corner, child_edge, may_have_gaps(views, child, child_corner))) {
+        if (!may_change(child_corner, child_edge, (views.gaps >> child & 1) != 0)) {
           ask &= ~(1u << child);
         }
       }
@@ -102,7 +109,7 @@ class Carver {
     if (chunk_ == nullptr && slots_ == nullptr) return has_gaps;
     const int first = index_in_block(parent_coord(corner));
     const int blocks = edge / kBlockEdge;
-    const std::uint32_t settled = Volume::coarse_place(evidence_.lowest, kAllOctants);
+    const std::uint32_t settled = Volume::coarse_place(evidence_->lowest, kAllOctants);
     for (int z = 0; z < blocks; ++z) {
       for (int y = 0; y < blocks; ++y) {
         const int row = first + index_in_block(0, y, z);
@@ -132,11 +139,31 @@ class Carver {
   }
 
   /// Whatever follows concerns the chunk with this corner, until another is entered.
-  void enter_chunk(const VoxelCoord& corner) {
+  /// @return false when it is another scan's turn to ask it
+  bool enter_chunk(const VoxelCoord& corner, const NodePose& from) {
     chunk_coord_ = parent_coord(parent_coord(corner));
+    const int pace = pace_of(corner, from);
+    const std::uint64_t turn =
+        static_cast<std::uint64_t>(chunk_coord_.x() + chunk_coord_.y() + 2 * chunk_coord_.z()) +
+        scan_number_;
+    if ((turn & ((1u << pace) - 1)) != 0) return false;
+    evidence_ = &evidence_for_[pace];
     const PoolIndex index = volume_.find_chunk(pools_.store, chunk_coord_);
     chunk_ = index == kNoIndex ? nullptr : &pools_.store.chunk(index);
     slots_ = marks_.find_chunk(chunk_coord_);
+    return true;
+  }
+
+  /// One of 2^pace scans asks a chunk. There may be no other than the first.
+  int pace_of(const VoxelCoord& corner, const NodePose& from) const {
+    if (scan_number_ == 0) return 0;
+    constexpr float kHalf = 0.5f * kChunkVoxels;
+    const float x = projector_.voxel_m * (static_cast<float>(corner.x()) + kHalf);
+    const float y = projector_.voxel_m * (static_cast<float>(corner.y()) + kHalf);
+    const float z = projector_.voxel_m * (static_cast<float>(corner.z()) + kHalf);
+    const Eigen::Vector3f& sensor_S = from.pose->t_S;
+    const float distance_m = std::hypot(x - sensor_S.x(), y - sensor_S.y(), z - sensor_S.z());
+    return distance_m > 2 * sparse_m_ ? 2 : distance_m > sparse_m_ ? 1 : 0;
   }
 
   bool make_chunk() {
@@ -153,7 +180,7 @@ class Carver {
         visit_free(child_corner_of(corner, edge / 2, child), edge / 2, from);
       return;
     }
-    if (edge == kChunkVoxels) enter_chunk(corner);
+    if (edge == kChunkVoxels && !enter_chunk(corner, from)) return;
     for (int z = 0; z < edge; z += kBlockEdge) {
       for (int y = 0; y < edge; y += kBlockEdge) {
         for (int x = 0; x < edge; x += kBlockEdge)
@@ -191,7 +218,7 @@ class Carver {
       if (visit.is_free) {
         ++result_.blocks_free;
         update_node(index, kAllOctants);
-      } else if (may_have_gaps(*visit.views, visit.child, visit.corner) &&
+      } else if ((visit.views->gaps >> visit.child & 1) != 0 &&
                  Volume::known_octants(place) != kAllOctants) {
         ++result_.blocks_coarse;
         update_node(index, free_octants(visit, Volume::known_octants(place)));
@@ -202,41 +229,12 @@ class Carver {
       Block& block = pools_.store.block(Volume::block_index(place));
       if (highest_in(block) <= 0) {
         ++result_.blocks_free;
-        add_evidence(evidence_, kAll, kAll, kNone, block);
+        add_evidence(*evidence_, kAll, kAll, kNone, block);
         volume_.settle_block(pools_, *chunk_, chunk_->places[index]);
         return;
       }
     }
-    if (Volume::has_block(place) && may_wait(visit)) return;
     look_into(visit, index, marked);
-  }
-
-  /// Is the block so far away that beams pass between its voxels? Every other scan is enough for it, half of the blocks in
-  /// turn: what it then shows of free space counts twice. Returns are not kept waiting.
-  bool is_sparse(const BlockVisit& visit) const {
-    return visit.views != nullptr && visit.views->distance_m[visit.child] > sparse_m_;
-  }
-  bool may_wait(const BlockVisit& visit) const {
-    const VoxelCoord& corner = visit.corner;
-    return !is_first_ && is_sparse(visit) &&
-           (((corner.x() ^ corner.y() ^ corner.z()) >> kBlockShift ^
-             static_cast<int>(scan_number_)) &
-            1) != 0;
-  }
-
-  /// May parts of a child of this chunk turn out to be free now?
-  bool may_have_gaps(const NodeViews& views, int child, const VoxelCoord& corner) const {
-    return (views.gaps >> child & 1) != 0 && is_turn_of(corner, views.distance_m[child]);
-  }
-
-  /// Of what is unknown so far away, a quarter is asked in each scan: nodes of 32 voxels in turn.
-  bool is_turn_of(const VoxelCoord& corner, float distance_m) const {
-    constexpr int kTurnShift = 5;
-    const VoxelCoord node(corner.x() >> kTurnShift, corner.y() >> kTurnShift,
-                          corner.z() >> kTurnShift);
-    return is_first_ || distance_m <= sparse_m_ ||
-           ((static_cast<std::uint64_t>(node.x() + node.y() + 2 * node.z()) + scan_number_) & 3) ==
-               0;
   }
 
   /// What the octants of a block that is bare or coarse have shown: those that are seen through as wholes.
@@ -246,8 +244,8 @@ class Carver {
       result_.voxels_declined += kBlockVoxels;
       return;
     }
-    add_free_octants(evidence_, free, std::popcount(free) * kOctantVoxels, pools_, volume_, *chunk_,
-                     chunk_->places[index]);
+    add_free_octants(*evidence_, free, std::popcount(free) * kOctantVoxels, pools_, volume_,
+                     *chunk_, chunk_->places[index]);
   }
 
   /// Octants that are seen through as wholes, but for a few voxels at their borders.
@@ -333,9 +331,8 @@ class Carver {
       result_.voxels_declined += kBlockVoxels;
       return;
     }
-    result_.voxels_declined +=
-        apply_to_place(is_sparse(visit) && !is_first_ ? twice_free_ : evidence_, free, crossed, hit,
-                       pools_, volume_, *chunk_, chunk_->places[index]);
+    result_.voxels_declined += apply_to_place(*evidence_, free, crossed, hit, pools_, volume_,
+                                              *chunk_, chunk_->places[index]);
   }
 
   /// Looks up a block from its own view. @return false when it has too many pixels for that
@@ -395,16 +392,15 @@ class Carver {
   static constexpr BlockBits kNone{};
 
   NodeProjector projector_;
-  const Evidence& evidence_;
-  Evidence twice_free_;  ///< the same, but for space seen through in place of two scans
   std::uint64_t scan_number_;
   ScanMarks& marks_;
   VoxelPools& pools_;
   Volume& volume_;
   float reach_m_;   ///< no beam ends further from where the sensor was in the middle of the scan
   float sparse_m_;  ///< from here on rows are more than a voxel apart
-  bool is_first_;   ///< there may be no other scan to wait for
+  Evidence evidence_for_[kNumPaces];  ///< where every scan asks, every other, every fourth
 
+  const Evidence* evidence_ = nullptr;  ///< for the chunk that was entered
   ChunkCoord chunk_coord_ = ChunkCoord::Zero();
   Chunk* chunk_ = nullptr;
   const ScanMarks::Slot* slots_ = nullptr;

@@ -44,9 +44,9 @@ struct ProjectiveResult {
 ///   - Only blocks with returns, or with voxels of their own, are looked up voxel by voxel. In any other, an octant of
 ///     4x4x4 voxels becomes free when its middle and three quarters of its voxels are: the rest of it is at the border of
 ///     what is seen.
-///   - Where rows are more than a voxel apart, such blocks are looked into every other scan, half of them in turn, and what
-///     is then seen through counts twice; what is still unknown is asked every fourth scan, unless it is free as a whole.
-///     Returns count in every scan, and the first scan asks everything.
+///   - Where rows are more than a voxel apart, chunks of 64 voxels are asked for free space by every other scan, and from
+///     twice as far on by every fourth, in turn; what is then seen through counts twice or four times. Returns count in
+///     every scan, and the first scan asks everything.
 ///
 /// Every node is projected with the sensor's pose at the column that looks at it; inside blocks and octants the projection
 /// is expanded around their middle. Blocks where the scan's beginning and end meet are looked up with both poses.

@@ -250,20 +250,26 @@ class VoxelLook {
     return kShrinkSlack * reach_voxels * extent(step);
   }
 
+  /// Does a pixel prove more than a distance? One that was fired at the other end of the scan belongs to the other pose.
+  HWY_INLINE hn::Mask<Voxels16> is_proven(hn::Vec<Voxels16> proven,
+                                          hn::Vec<hn::RebindToSigned<Voxels16>> column,
+                                          hn::Vec<Voxels16> distance,
+                                          const ColumnWindow& window) const {
+    if (!window.is_seam) return proven >= distance;
+    const Voxels16 d;
+    const hn::RebindToSigned<Voxels16> di;
+    const auto wrapped = column & hn::Set(di, from_.column_mask);
+    const auto is_inside = hn::RebindMask(
+        d, hn::And(wrapped > hn::Set(di, window.first - 1), wrapped < hn::Set(di, window.end)));
+    return hn::And(hn::Xor(is_inside, proven < hn::Zero(d)), hn::Abs(proven) >= distance);
+  }
+
   /// What is known of as many places as a vector has lanes.
   HWY_INLINE SliceBits judge(hn::Vec<Voxels16> column, hn::Vec<Voxels16> sine,
                              hn::Vec<Voxels16> distance, const ColumnWindow& window) const {
     const Voxels16 d;
     const hn::RebindToSigned<Voxels16> di;
     using V = hn::Vec<Voxels16>;
-    // Does a pixel prove more than that? One that was fired at the other end of the scan belongs to the other pose.
-    const auto is_proven = [&](V proven, hn::Vec<hn::RebindToSigned<Voxels16>> index) HWY_ATTR {
-      if (!window.is_seam) return proven >= distance;
-      const auto wrapped = index & hn::Set(di, from_.column_mask);
-      const auto is_inside = hn::RebindMask(
-          d, hn::And(wrapped > hn::Set(di, window.first - 1), wrapped < hn::Set(di, window.end)));
-      return hn::And(hn::Xor(is_inside, proven < hn::Zero(d)), hn::Abs(proven) >= distance);
-    };
     const Rows rows = rows_at(sine);
     unsigned crossed = 0, filled = 0;
     if (asks_beams_) {
@@ -271,14 +277,16 @@ class VoxelLook {
       const auto is_near = hn::And(hn::Abs(sine - rows.beam_sine) <= hn::Set(d, sine_reach_),
                                    hn::Abs(column - beam_column) <= hn::Set(d, column_reach_));
       const auto index = hn::ConvertTo(di, beam_column);
-      crossed = mask_bits(d, hn::And(is_near, is_proven(beams_.at(rows.beam, index), index)));
+      crossed = mask_bits(
+          d, hn::And(is_near, is_proven(beams_.at(rows.beam, index), index, distance, window)));
     }
     if (asks_gaps_) {
       const auto& beams = from_.projection.rows;
       const auto is_between = hn::And(sine <= hn::Set(d, beams.front().sin_elevation),
                                       sine > hn::Set(d, beams.back().sin_elevation));
       const auto index = hn::ConvertTo(di, hn::Floor(column));
-      filled = mask_bits(d, hn::And(is_between, is_proven(gaps_.at(rows.gap, index), index)));
+      filled = mask_bits(
+          d, hn::And(is_between, is_proven(gaps_.at(rows.gap, index), index, distance, window)));
     }
     return {crossed | filled, crossed};
   }

@@ -36,6 +36,20 @@ HWY_INLINE V nearer_slope(D d, V range, V one, V angle_one, V other, V angle_oth
   return hn::IfThenElseZero(is_surface, rising);
 }
 
+/// Ranges of a row above or below; for a pixel that is lost, the one beside it that is nearer in range to `range`.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V neighbours_in(D d, const float* row_m, int column, V range) {
+  const V zero = hn::Zero(d);
+  if (row_m == nullptr) return zero;
+  const V straight = hn::LoadU(d, row_m + column);
+  const auto is_lost = straight == zero;
+  if (hn::AllFalse(d, is_lost)) return straight;
+  const V left = hn::LoadU(d, row_m + column - 1), right = hn::LoadU(d, row_m + column + 1);
+  const auto use_left =
+      hn::Or(right == zero, hn::And(left > zero, hn::Abs(left - range) <= hn::Abs(right - range)));
+  return hn::IfThenElse(is_lost, hn::IfThenElse(use_left, left, right), straight);
+}
+
 std::size_t place_row_vectors(const ImageRow& in) {
   const hn::ScalableTag<float> d;
   using V = hn::Vec<decltype(d)>;
@@ -66,8 +80,8 @@ std::size_t place_row_vectors(const ImageRow& in) {
     }
     const V left = hn::LoadU(d, in.range_m + column - 1),
             right = hn::LoadU(d, in.range_m + column + 1);
-    const V above = in.above_m != nullptr ? hn::LoadU(d, in.above_m + column) : zero;
-    const V below = in.below_m != nullptr ? hn::LoadU(d, in.below_m + column) : zero;
+    const V above = neighbours_in(d, in.above_m, column, range);
+    const V below = neighbours_in(d, in.below_m, column, range);
     const V slope_around = nearer_slope(d, range, right, beside, left, beside) * turn;
     const V slope_up = nearer_slope(d, range, above, angle_above, below, angle_below);
 

@@ -33,7 +33,7 @@ struct Ray {
 /// where the second term, for surfaces that are skimmed, stands for what the plane may be wrong by between two rows:
 /// so a beam that skims a floor does not carve it, and one that meets a wall squarely clears it up to the next voxel.
 /// N comes from differences of range between a pixel and the nearer one of its two neighbours along each axis of the
-/// image; a difference that no surface seen at half a degree explains is an edge, and says nothing about the slope.
+/// image, above and below the one beside where that is lost; a difference that no surface seen at half a degree explains is an edge, and says nothing about the slope.
 /// Returns beyond max_range are free up to max_range; returns nearer than min_range and pixels without a return say
 /// nothing.
 ///
