@@ -1,7 +1,6 @@
 #include <chrono>
 #include <cstdio>
 #include <ctime>
-#include <exception>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -14,6 +13,7 @@
 #include "bench/experiments/experiment.hpp"
 #include "bench/experiments/growth_plot.hpp"
 #include "bench/experiments/limits.hpp"
+#include "bench/support/program.hpp"
 
 namespace cloister {
 namespace {
@@ -163,32 +163,15 @@ int run(int argc, char** argv) {
                  "also write experiments.csv, WORLD_memory.svg and WORLD_plan.svg here");
   app.add_option("--programs", options.experiment.programs,
                  "folder of the other programs (default: beside this one)");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::fputs(app.help().c_str(), stdout);
+  return run_program(app, argc, argv, [&]() -> Result<int> {
+    if (options.quick && seeds->count() == 0) options.seeds.resize(1);
+    const auto done = run_all(options);
+    if (!done) return tl::unexpected(done.error());
     return 0;
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "cloister-experiments: %s: see --help\n", error.what());
-    return static_cast<int>(ErrorKind::kUsage);
-  }
-  if (options.quick && seeds->count() == 0) options.seeds.resize(1);
-  const auto done = run_all(options);
-  if (done) return 0;
-  std::fprintf(stderr, "cloister-experiments: %s\n", done.error().message.c_str());
-  return static_cast<int>(done.error().kind);
+  });
 }
 
 }  // namespace
 }  // namespace cloister
 
-int main(int argc, char** argv) {
-  try {
-    return cloister::run(argc, argv);
-  } catch (const std::exception&
-               error) {  // memory, or the standard library's file system: nothing else throws
-    std::fprintf(stderr, "cloister-experiments: %s: free some memory or disk and try again\n",
-                 error.what());
-    return static_cast<int>(cloister::ErrorKind::kResource);
-  }
-}
+int main(int argc, char** argv) { return cloister::run(argc, argv); }

@@ -1,5 +1,4 @@
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <string>
 
@@ -7,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/experiments/final_map.hpp"
+#include "bench/support/program.hpp"
 
 namespace cloister {
 namespace {
@@ -59,33 +59,15 @@ int run(int argc, char** argv) {
   app.add_option("--every-pixel", options.sampling.every_pixel, "take each so many-th pixel")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::fputs(app.help().c_str(), stdout);
+  return run_program(app, argc, argv, [&]() -> Result<int> {
+    const auto answer = look(options);
+    if (!answer) return tl::unexpected(answer.error());
+    std::printf("%s\n", answer->dump(2).c_str());
     return 0;
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "cloister-bench-final-map: %s: see --help\n", error.what());
-    return static_cast<int>(ErrorKind::kUsage);
-  }
-  const auto answer = look(options);
-  if (!answer) {
-    std::fprintf(stderr, "cloister-bench-final-map: %s\n", answer.error().message.c_str());
-    return static_cast<int>(answer.error().kind);
-  }
-  std::printf("%s\n", answer->dump(2).c_str());
-  return 0;
+  });
 }
 
 }  // namespace
 }  // namespace cloister
 
-int main(int argc, char** argv) {
-  try {
-    return cloister::run(argc, argv);
-  } catch (const std::exception& error) {  // memory: nothing else throws
-    std::fprintf(stderr, "cloister-bench-final-map: %s: free some memory and try again\n",
-                 error.what());
-    return static_cast<int>(cloister::ErrorKind::kResource);
-  }
-}
+int main(int argc, char** argv) { return cloister::run(argc, argv); }

@@ -13,6 +13,7 @@
 #include "bench/ground_truth/room_accuracy.hpp"
 #include "bench/ground_truth/state_accuracy.hpp"
 #include "bench/simulate/ply_file.hpp"
+#include "bench/support/program.hpp"
 
 namespace cloister {
 namespace {
@@ -196,45 +197,26 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(0.001, 2.0))
       ->capture_default_str();
   app.add_option("--seed", options.seed, "chooses the sampled points")->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::fputs(app.help().c_str(), stdout);
+  return run_program(app, argc, argv, [&]() -> Result<int> {
+    const auto report = judge(options);
+    if (!report) return tl::unexpected(report.error());
+    print_table(*report);
+    const std::string text = to_json(*report).dump(2) + "\n";
+    std::fputs(text.c_str(), stdout);
+    if (options.json.empty()) return 0;
+    std::ofstream stream(options.json);
+    stream << text;
+    stream.close();
+    if (!stream) {
+      std::fprintf(stderr, "cloister-ground-truth: %s: cannot be written: check the path\n",
+                   options.json.c_str());
+      return static_cast<int>(ErrorKind::kResource);
+    }
     return 0;
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "cloister-ground-truth: %s: see --help\n", error.what());
-    return static_cast<int>(ErrorKind::kUsage);
-  }
-  const auto report = judge(options);
-  if (!report) {
-    std::fprintf(stderr, "cloister-ground-truth: %s\n", report.error().message.c_str());
-    return static_cast<int>(report.error().kind);
-  }
-  print_table(*report);
-  const std::string text = to_json(*report).dump(2) + "\n";
-  std::fputs(text.c_str(), stdout);
-  if (options.json.empty()) return 0;
-  std::ofstream stream(options.json);
-  stream << text;
-  stream.close();
-  if (!stream) {
-    std::fprintf(stderr, "cloister-ground-truth: %s: cannot be written: check the path\n",
-                 options.json.c_str());
-    return static_cast<int>(ErrorKind::kResource);
-  }
-  return 0;
+  });
 }
 
 }  // namespace
 }  // namespace cloister
 
-int main(int argc, char** argv) {
-  try {
-    return cloister::run(argc, argv);
-  } catch (const std::exception&
-               error) {  // memory, or the standard library's file system: nothing else throws
-    std::fprintf(stderr, "cloister-ground-truth: %s: free some memory or disk and try again\n",
-                 error.what());
-    return static_cast<int>(cloister::ErrorKind::kResource);
-  }
-}
+int main(int argc, char** argv) { return cloister::run(argc, argv); }

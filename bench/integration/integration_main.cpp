@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cstdio>
-#include <exception>
 #include <map>
 #include <string>
 
 #include <CLI/CLI.hpp>
 
 #include "bench/integration/sequence_bench.hpp"
+#include "bench/support/program.hpp"
 
 namespace cloister {
 namespace {
@@ -106,30 +106,14 @@ int run(int argc, char** argv) {
       "scans.",
       "cloister-bench-integration");
   declare(line, app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::fputs(app.help().c_str(), stdout);
+  return run_program(app, argc, argv, [&]() -> Result<int> {
+    const auto done = bench(line);
+    if (!done) return tl::unexpected(done.error());
     return 0;
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "cloister-bench-integration: %s: see --help\n", error.what());
-    return static_cast<int>(ErrorKind::kUsage);
-  }
-  const auto done = bench(line);
-  if (done) return 0;
-  std::fprintf(stderr, "cloister-bench-integration: %s\n", done.error().message.c_str());
-  return static_cast<int>(done.error().kind);
+  });
 }
 
 }  // namespace
 }  // namespace cloister
 
-int main(int argc, char** argv) {
-  try {
-    return cloister::run(argc, argv);
-  } catch (const std::exception& error) {  // memory, or OctoMap's: nothing else throws
-    std::fprintf(stderr, "cloister-bench-integration: %s: free some memory and try again\n",
-                 error.what());
-    return static_cast<int>(cloister::ErrorKind::kResource);
-  }
-}
+int main(int argc, char** argv) { return cloister::run(argc, argv); }

@@ -1,5 +1,4 @@
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -7,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "bench/integration/bar_plot.hpp"
+#include "bench/support/program.hpp"
 
 namespace cloister {
 namespace {
@@ -32,29 +32,14 @@ int run(int argc, char** argv) {
   CLI::App app("Draws the results of cloister-bench-integration as bars.", "cloister-bench-plot");
   app.add_option("RESULTS", csv, "the CSV that the bench wrote")->required();
   app.add_option("--out", svg, "the SVG to write")->required();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::fputs(app.help().c_str(), stdout);
+  return run_program(app, argc, argv, [&]() -> Result<int> {
+    const auto done = plot(csv, svg);
+    if (!done) return tl::unexpected(done.error());
     return 0;
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "cloister-bench-plot: %s: see --help\n", error.what());
-    return static_cast<int>(ErrorKind::kUsage);
-  }
-  const auto done = plot(csv, svg);
-  if (done) return 0;
-  std::fprintf(stderr, "cloister-bench-plot: %s\n", done.error().message.c_str());
-  return static_cast<int>(done.error().kind);
+  });
 }
 
 }  // namespace
 }  // namespace cloister
 
-int main(int argc, char** argv) {
-  try {
-    return cloister::run(argc, argv);
-  } catch (const std::exception& error) {  // memory: nothing else throws
-    std::fprintf(stderr, "cloister-bench-plot: %s: free some memory and try again\n", error.what());
-    return static_cast<int>(cloister::ErrorKind::kResource);
-  }
-}
+int main(int argc, char** argv) { return cloister::run(argc, argv); }

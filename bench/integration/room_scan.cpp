@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "mapping/scan/spherical_projection.hpp"
+
 namespace cloister {
 namespace {
 
@@ -56,6 +58,7 @@ RoomScan make_room_scan(const Eigen::Vector3d& size_m) {
       scan.ranges_mm.push_back(static_cast<std::uint32_t>(std::lround(1e3 * range_m)));
     }
   }
+  geometry.projection = fit_projection(kBeams, kColumns, geometry.direction_L, geometry.origin_L);
   scan.column_valid.assign(kColumns, 1);
   for (int column = 0; column < kColumns; ++column) {
     scan.column_stamps.push_back({kScanNs * column / kColumns});

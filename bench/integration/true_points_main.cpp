@@ -1,5 +1,4 @@
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 #include <string>
 
@@ -8,6 +7,7 @@
 #include "bench/ground_truth/state_accuracy.hpp"
 #include "bench/ground_truth/truth.hpp"
 #include "bench/simulate/number_text.hpp"
+#include "bench/support/program.hpp"
 
 namespace cloister {
 namespace {
@@ -54,35 +54,17 @@ int run(int argc, char** argv) {
       ->check(CLI::Range(0.001, 2.0))
       ->capture_default_str();
   app.add_option("--seed", options.seed, "chooses the points")->capture_default_str();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::fputs(app.help().c_str(), stdout);
-    return 0;
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "cloister-bench-true-points: %s: see --help\n", error.what());
-    return static_cast<int>(ErrorKind::kUsage);
-  }
-  const auto text = draw(options);
-  if (!text) {
-    std::fprintf(stderr, "cloister-bench-true-points: %s\n", text.error().message.c_str());
-    return static_cast<int>(text.error().kind);
-  }
-  return std::fwrite(text->data(), 1, text->size(), stdout) == text->size() &&
-                 std::fflush(stdout) == 0
-             ? 0
-             : static_cast<int>(ErrorKind::kResource);
+  return run_program(app, argc, argv, [&]() -> Result<int> {
+    const auto text = draw(options);
+    if (!text) return tl::unexpected(text.error());
+    return std::fwrite(text->data(), 1, text->size(), stdout) == text->size() &&
+                   std::fflush(stdout) == 0
+               ? 0
+               : static_cast<int>(ErrorKind::kResource);
+  });
 }
 
 }  // namespace
 }  // namespace cloister
 
-int main(int argc, char** argv) {
-  try {
-    return cloister::run(argc, argv);
-  } catch (const std::exception& error) {  // memory: nothing else throws
-    std::fprintf(stderr, "cloister-bench-true-points: %s: free some memory and try again\n",
-                 error.what());
-    return static_cast<int>(cloister::ErrorKind::kResource);
-  }
-}
+int main(int argc, char** argv) { return cloister::run(argc, argv); }

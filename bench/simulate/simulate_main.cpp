@@ -14,6 +14,7 @@
 #include "bench/simulate/ply_file.hpp"
 #include "bench/simulate/walk.hpp"
 #include "bench/simulate/world.hpp"
+#include "bench/support/program.hpp"
 
 namespace cloister {
 namespace {
@@ -154,43 +155,23 @@ int run(int argc, char** argv) {
   CommandLine line;
   line.mission.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   declare(&line, &app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    std::fputs(app.help().c_str(), stdout);
-    return 0;
-  } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "cloister simulate: %s: see cloister simulate --help\n", error.what());
-    return static_cast<int>(ErrorKind::kUsage);
-  }
-
-  const auto on_signal = [](int) { interrupted.store(true, std::memory_order_relaxed); };
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
-  const auto summary = simulate(line);
-  if (!summary) {
-    std::fprintf(stderr, "cloister simulate: %s\n", summary.error().message.c_str());
-    return static_cast<int>(summary.error().kind);
-  }
-  std::printf("%s: %llu scans, %.1f s, %.1f m, %zu graph nodes, %d loop closures, %.1f MB\n",
-              line.mission.out.c_str(), static_cast<unsigned long long>(summary->scans),
-              summary->seconds, summary->metres, summary->nodes, summary->loop_closures,
-              static_cast<double>(summary->bytes) * 1e-6);
-  if (!summary->interrupted) return 0;
-  std::fprintf(stderr, "cloister simulate: interrupted: the mission is complete up to there\n");
-  return static_cast<int>(ErrorKind::kInterrupted);
+  return run_program(app, argc, argv, [&]() -> Result<int> {
+    const auto on_signal = [](int) { interrupted.store(true, std::memory_order_relaxed); };
+    std::signal(SIGINT, on_signal);
+    std::signal(SIGTERM, on_signal);
+    const auto summary = simulate(line);
+    if (!summary) return tl::unexpected(summary.error());
+    std::printf("%s: %llu scans, %.1f s, %.1f m, %zu graph nodes, %d loop closures, %.1f MB\n",
+                line.mission.out.c_str(), static_cast<unsigned long long>(summary->scans),
+                summary->seconds, summary->metres, summary->nodes, summary->loop_closures,
+                static_cast<double>(summary->bytes) * 1e-6);
+    if (!summary->interrupted) return 0;
+    std::fprintf(stderr, "cloister simulate: interrupted: the mission is complete up to there\n");
+    return static_cast<int>(ErrorKind::kInterrupted);
+  });
 }
 
 }  // namespace
 }  // namespace cloister
 
-int main(int argc, char** argv) {
-  try {
-    return cloister::run(argc, argv);
-  } catch (const std::exception&
-               error) {  // memory, or the standard library's file system: nothing else throws
-    std::fprintf(stderr, "cloister simulate: %s: free some memory or disk and try again\n",
-                 error.what());
-    return static_cast<int>(cloister::ErrorKind::kResource);
-  }
-}
+int main(int argc, char** argv) { return cloister::run(argc, argv); }
