@@ -20,6 +20,12 @@ nlohmann-json3-dev # sensor metadata, mission and result files
 libpcap-dev        # pcap and pcapng captures
 liblzf-dev         # compressed bodies of PCD files
 libxxhash-dev      # hash of the map, checksums of the map file
+cyclonedds-dev     # DDS: live scans, odometry and graphs in, map and diagnostics out
+cyclonedds-tools   # idlc, the compiler of message definitions
+libiceoryx-binding-c-dev # shared memory below DDS, asked whether its daemon lives
+libiceoryx-posh-dev # the CMake package of the line above needs it
+libiceoryx-hoofs-dev # and this
+iceoryx            # iox-roudi, that daemon, for the tests
 liboctomap-dev     # export to .bt and .ot
 libopenvdb-dev     # export to .vdb
 libimath-dev       # half floats in OpenVDB's headers

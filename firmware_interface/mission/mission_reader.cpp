@@ -1,20 +1,12 @@
 #include "firmware_interface/mission/mission_reader.hpp"
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "firmware_interface/files/pcd_file.hpp"
 #include "firmware_interface/files/tum_file.hpp"
 #include "firmware_interface/ouster/ouster_geometry.hpp"
 
 namespace cloister {
-namespace {
-
-// A cloud belongs to the node of its stamp; tools that write stamps as doubles miss by some 100 ns.
-constexpr std::int64_t kSameStampNs = 1'000'000;
-
-}  // namespace
-
 Result<std::unique_ptr<MissionReader>> MissionReader::open(const std::filesystem::path& path,
                                                            const Config& config) {
   auto folder = open_mission(path);
@@ -25,6 +17,7 @@ Result<std::unique_ptr<MissionReader>> MissionReader::open(const std::filesystem
 }
 
 Result<void> MissionReader::open_files() {
+  Pose T_B_L = Pose::Identity();
   if (folder_.variant == MissionVariant::kPackets) {
     auto metadata = load_metadata(folder_.metadata_path);
     if (!metadata) return tl::unexpected(metadata.error());
@@ -34,13 +27,14 @@ Result<void> MissionReader::open_files() {
     if (!packets) return tl::unexpected(packets.error());
     packets_.emplace(std::move(*packets));
     assembler_.emplace(*metadata_);
-    if (folder_.pose_frame == PoseFrame::kLidar) T_B_L_ = metadata_->T_sensor_lidar.inverse();
+    if (folder_.pose_frame == PoseFrame::kLidar) T_B_L = metadata_->T_sensor_lidar.inverse();
   }
-  if (folder_.T_pose_sensor) T_B_L_ = *folder_.T_pose_sensor;
+  if (folder_.T_pose_sensor) T_B_L = *folder_.T_pose_sensor;
+  placer_ = ScanPlacer(config_.scan, T_B_L);
   if (folder_.odometry_path) {
     auto samples = load_tum(*folder_.odometry_path);
     if (!samples) return tl::unexpected(samples.error());
-    odometry_ = OdometryBuffer(std::move(*samples));
+    placer_.odometry() = OdometryBuffer(std::move(*samples));
   }
   pending_.reserve(max_pixels(), max_columns(), kMaxPoses);
   return {};
@@ -67,7 +61,7 @@ Result<MissionReader::Item> MissionReader::next(Scan& scan) {
         (!has_pending_ || folder_.graphs[next_graph_].stamp <= pending_.stamp);
     if (graph_is_due) return read_graph();
     if (!has_pending_) return Item::kEnd;
-    if (!place_by_node() && !place_by_odometry()) {
+    if (placer_.place(pending_) != ScanPlacer::Placement::kPlaced) {
       // A cloud without odometry waits for the snapshot that brings its node.
       if (!folder_.odometry_path && next_graph_ < folder_.graphs.size()) return read_graph();
       has_pending_ = false;
@@ -136,70 +130,8 @@ Result<MissionReader::Item> MissionReader::read_graph() {
   graph_->revision = ++num_revisions_;
   graph_->graph = std::move(*graph);
   if (file.stamp == kBeforeMission && has_pending_) graph_->graph.stamp = pending_.stamp;
-  const OdometryBuffer::Limits limits{Duration::from_seconds(config_.scan.max_odometry_gap_s),
-                                      Duration::from_seconds(config_.scan.max_odometry_wait_s)};
-  nodes_.clear();
-  for (const GraphNode& node : graph_->graph.nodes) {
-    graph_->T_O_N.push_back(odometry_.at(node.stamp, limits));
-    nodes_.push_back({node.stamp, node.id, graph_->T_O_N.back()});
-  }
-  std::stable_sort(nodes_.begin(), nodes_.end(),
-                   [](const KnownNode& a, const KnownNode& b) { return a.stamp < b.stamp; });
-  for (std::size_t i = 0; i < graph_->graph.edges.size(); ++i) {
-    const GraphEdge& edge = graph_->graph.edges[i];
-    if (edge.is_loop_closure() && known_loops_.insert(std::minmax(edge.from, edge.to)).second) {
-      graph_->new_loops.push_back(i);
-    }
-  }
+  placer_.complete(*graph_);
   return Item::kGraph;
-}
-
-bool MissionReader::place_by_node() {
-  if (pending_.kind != Scan::Kind::kCloud) return false;
-  const auto it =
-      std::lower_bound(nodes_.begin(), nodes_.end(), SensorTime{pending_.stamp.ns - kSameStampNs},
-                       [](const KnownNode& node, SensorTime stamp) { return node.stamp < stamp; });
-  if (it == nodes_.end() || std::abs((it->stamp - pending_.stamp).ns) > kSameStampNs) return false;
-  pending_.node = it->id;
-  pending_.poses.assign(1, {pending_.stamp, T_B_L_});
-  pending_.T_O_L.reset();
-  if (it->T_O_N) pending_.T_O_L = *it->T_O_N * T_B_L_;
-  return true;
-}
-
-bool MissionReader::place_by_odometry() {
-  SensorTime begin = pending_.stamp;
-  if (pending_.kind == Scan::Kind::kOrganised) {
-    for (std::size_t column = 0; column < pending_.column_valid.size(); ++column) {
-      if (pending_.column_valid[column]) begin = std::min(begin, pending_.column_stamps[column]);
-    }
-  }
-  const OdometryBuffer::Limits limits{Duration::from_seconds(config_.scan.max_odometry_gap_s),
-                                      Duration::from_seconds(config_.scan.max_odometry_wait_s)};
-  if (odometry_.cover(begin, pending_.stamp, limits, kMaxPoses, pending_.poses) !=
-      OdometryBuffer::Coverage::kCovered) {
-    return false;
-  }
-  auto newest =
-      std::upper_bound(nodes_.begin(), nodes_.end(), pending_.stamp,
-                       [](SensorTime stamp, const KnownNode& node) { return stamp < node.stamp; });
-  while (newest != nodes_.begin() && !std::prev(newest)->T_O_N) --newest;
-  Pose T_R_O = Pose::Identity();
-  pending_.node = kNoNode;
-  if (newest == nodes_.begin()) {
-    // All nodes with odometry are younger: the first of them is as good a reference.
-    newest = std::find_if(nodes_.begin(), nodes_.end(),
-                          [](const KnownNode& node) { return node.T_O_N.has_value(); });
-  } else {
-    --newest;
-  }
-  if (newest != nodes_.end()) {
-    pending_.node = newest->id;
-    T_R_O = newest->T_O_N->inverse();
-  }
-  pending_.T_O_L = pending_.poses.back().T_R_L * T_B_L_;
-  for (PoseSample& sample : pending_.poses) sample.T_R_L = T_R_O * sample.T_R_L * T_B_L_;
-  return true;
 }
 
 std::int64_t MissionReader::num_scans_expected() const {

@@ -5,13 +5,12 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "firmware_interface/files/mission_folder.hpp"
-#include "firmware_interface/files/odometry_buffer.hpp"
+#include "firmware_interface/mission/scan_placer.hpp"
 #include "firmware_interface/ouster/pcap_source.hpp"
 #include "firmware_interface/ouster/scan_assembler.hpp"
 #include "mapping/core/config.hpp"
@@ -23,10 +22,8 @@ namespace cloister {
 /// A recorded mission as the sequence a robot would have seen: scans with their poses, and graph
 /// snapshots between them, each before the first scan that is not older than it.
 ///
-/// A scan is placed by odometry, against a graph node whose own odometry is known: the newest that
-/// is not younger than the scan, else the oldest; in O while there is none. A cloud with the very
-/// stamp of a node is placed by that node; without odometry it waits for the snapshot that brings
-/// the node.
+/// Scans are placed as ScanPlacer says. A cloud without odometry waits for the snapshot that brings
+/// its node.
 ///
 /// Threads: one at a time. Allocates.
 class MissionReader {
@@ -45,7 +42,7 @@ class MissionReader {
 
   [[nodiscard]] std::size_t max_pixels() const;
   [[nodiscard]] std::size_t max_columns() const;
-  static constexpr std::size_t kMaxPoses = 256;
+  static constexpr std::size_t kMaxPoses = ScanPlacer::kMaxPoses;
 
   [[nodiscard]] const std::string& name() const { return folder_.name; }
   /// Scans assembled or clouds read so far, placed or not.
@@ -70,31 +67,19 @@ class MissionReader {
   [[nodiscard]] Result<bool> read_packets();
   [[nodiscard]] Result<bool> read_cloud();
   [[nodiscard]] Result<Item> read_graph();
-  [[nodiscard]] bool place_by_node();
-  [[nodiscard]] bool place_by_odometry();
 
   MissionFolder folder_;
   Config config_;
-  Pose T_B_L_ = Pose::Identity();  ///< the sensor in the frame whose poses the mission holds
   std::optional<SensorMetadata> metadata_;
   ScanGeometry geometry_;
   std::optional<PcapSource> packets_;
   std::optional<ScanAssembler> assembler_;
   bool packets_ended_ = false;
   std::size_t next_cloud_ = 0;
-  OdometryBuffer odometry_;
+  ScanPlacer placer_;
   std::size_t next_graph_ = 0;
   std::unique_ptr<GraphRevision> graph_;
   std::uint64_t num_revisions_ = 0;
-  std::set<std::pair<NodeId, NodeId>> known_loops_;
-
-  /// Of the newest revision: what placing a scan needs.
-  struct KnownNode {
-    SensorTime stamp;
-    NodeId id = kNoNode;
-    std::optional<Pose> T_O_N;
-  };
-  std::vector<KnownNode> nodes_;  ///< by stamp
 
   Scan pending_;
   bool has_pending_ = false;
