@@ -34,12 +34,12 @@ struct ProjectiveResult {
 ///
 ///   - the beam nearest to its centre passes no further from it than the voxel reaches, both along the image's rows and
 ///     along its columns, and proves free beyond it (the voxel is `crossed`), or
-///   - all four beams around its centre do. What lies between beams is so filled as long as no edge runs between them; it
-///     counts only for voxels that are not occupied (see add_evidence), so that thin things seen from near are not
-///     cleared by beams that miss them from afar.
+///   - all four beams around its centre do. What lies between beams is so filled as long as no edge runs between them.
 ///
-/// Near the sensor, where voxels are wider than pixels, only the first is asked; further away the first is asked where
-/// something is occupied. What that spares is decided by blocks:
+/// Near the sensor, where voxels are wider than pixels, only the first is asked. Further away the second makes free what is
+/// not occupied (see add_evidence), and only both together clear what is: thin things seen from near are not cleared by
+/// beams that miss them from afar, nor is uneven ground by beams that skim its crests and fall far behind it, while beams
+/// beside them end there. What is asked is decided by blocks:
 ///
 ///   - Only blocks with returns, or with voxels of their own, are looked up voxel by voxel. In any other, an octant of
 ///     4x4x4 voxels becomes free when its middle and three quarters of its voxels are: the rest of it is at the border of

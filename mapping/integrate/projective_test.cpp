@@ -163,6 +163,32 @@ TEST_CASE("a floor seen at two degrees stays occupied for five hundred scans") {
   }
 }
 
+TEST_CASE("a floor stays occupied wherever in its voxels it lies") {
+  ScanGeometry geometry = geometry_of(long_range_sensor());
+  for (int step = 0; step < 8; ++step) {
+    const float height = 0.97f + 0.065f * static_cast<float>(step) / 8;
+    CAPTURE(height);
+    Scene scene;
+    scene.add_room({-30, -12, -height}, {40, 12, 3});
+    SceneMap map(geometry);
+    VoxelSet floor;
+    for (int scan = 0; scan < 120; ++scan) {
+      const Motion motion = [scan](double seconds) {
+        Pose T = upright_pose(0.04 * scan + 0.4 * seconds, 0, 0);
+        T.rotate(Eigen::AngleAxisd(0.01 * std::sin(0.3 * scan), Eigen::Vector3d::UnitY()));
+        return T;
+      };
+      Scan seen = see(scene, geometry, motion);
+      for (int column = 0; column < 1024; ++column)
+        seen.column_valid[column] = std::abs(column - 512) < 64;
+      map.integrate(seen);
+      map.add_hit_voxels({6, -5, -1.2f}, {20, 5, -0.9f}, floor);
+    }
+    CHECK(floor.size() > 3000);
+    CHECK(map.share(floor, VoxelState::kOccupied) > 0.98);
+  }
+}
+
 TEST_CASE("the ground under the robot stays occupied") {
   const ScanGeometry geometry = geometry_of(wide_sensor());
   for (const float height : {0.59f, 0.60f, 0.62f, 0.645f}) {

@@ -67,7 +67,7 @@ constexpr ColumnWindow kWhole{0, 1 << 24, false};
 /// Of sixteen voxels.
 struct SliceBits {
   std::uint32_t free;
-  std::uint32_t crossed;
+  std::uint32_t crossed;  ///< by beams that clear what is occupied
 };
 
 using Voxels16 = hn::CappedTag<float, 16>;
@@ -288,7 +288,8 @@ class VoxelLook {
       filled = mask_bits(
           d, hn::And(is_between, is_proven(gaps_.at(rows.gap, index), index, distance, window)));
     }
-    return {crossed | filled, crossed};
+    // Where beams are further apart than voxels, one alone may be skimming the voxel's surface.
+    return {crossed | filled, asks_gaps_ ? crossed & filled : crossed};
   }
 
   /// Rows of the image by the sine of an elevation: the nearest beam's, and the one above.
