@@ -3,6 +3,7 @@
 # and, to change what it does, -DWORLDS=<list> -DMINUTES=<length of each mission> -DOCTOMAP_SECONDS=<CPU time for OctoMap
 # on each mission>.
 cmake_minimum_required(VERSION 3.25)
+include(${CMAKE_CURRENT_LIST_DIR}/../support/step.cmake)
 
 if(NOT WORLDS)
   set(WORLDS house small-rooms three-storey campus)
@@ -13,15 +14,6 @@ endif()
 if(NOT OCTOMAP_SECONDS)
   set(OCTOMAP_SECONDS 60)
 endif()
-
-# step(WHAT COMMAND...): runs one program, its output on the terminal, and stops when it fails.
-function(step what)
-  message(STATUS "bench: ${what}")
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status)
-  if(NOT status EQUAL 0)
-    message(FATAL_ERROR "bench: failed (${status}): ${what}")
-  endif()
-endfunction()
 
 # What is measured is what is in the tree now, not what was there when it was configured.
 execute_process(COMMAND git describe --always --dirty --exclude=* WORKING_DIRECTORY ${TREE}
@@ -35,15 +27,7 @@ file(MAKE_DIRECTORY ${WORK} ${RESULTS})
 file(REMOVE ${WORK}/integration.csv)
 foreach(world IN LISTS WORLDS)
   set(mission ${WORK}/${world}_${MINUTES}min)
-  # The mark is made once the simulator has succeeded: a mission that was cut short is made again.
-  set(mark ${mission}.done)
-  if(EXISTS ${mark})
-    message(STATUS "bench: the mission is there already: ${mission}")
-  else()
-    file(REMOVE_RECURSE ${mission})
-    step("simulating ${world}" ${BIN}/cloister-simulate ${world} --minutes ${MINUTES} --out ${mission})
-    file(TOUCH ${mark})
-  endif()
+  simulated(${mission} ${world} --minutes ${MINUTES})
   step("integrating ${world}" ${BIN}/cloister-bench-integration ${mission} --octomap-seconds ${OCTOMAP_SECONDS}
        --commit ${commit} --out ${WORK}/integration.csv --scans-csv ${WORK}/${world}.scans.csv)
 endforeach()

@@ -6,23 +6,13 @@
 
 #include "bench/simulate/random_stream.hpp"
 #include "bench/simulate/ray_scene.hpp"
+#include "bench/simulate/visits_for_tests.hpp"
 #include "bench/simulate/walk.hpp"
 
 namespace cloister {
 namespace {
 
 constexpr SensorTime kStart{1'000'000'000};
-
-int visits(const Room& room, const Trajectory& truth) {
-  int count = 0;
-  bool was_inside = false;
-  for (const Pose& pose : truth.poses) {
-    const bool is_inside = room.contains(pose.translation(), was_inside ? 0.0 : 0.3);
-    count += is_inside && !was_inside ? 1 : 0;
-    was_inside = is_inside;
-  }
-  return count;
-}
 
 TEST_CASE("the house has at least six rooms on two storeys and each is entered at least twice") {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {

@@ -6,6 +6,7 @@
 
 #include "bench/simulate/random_stream.hpp"
 #include "bench/simulate/ray_scene.hpp"
+#include "bench/simulate/visits_for_tests.hpp"
 #include "bench/simulate/walk.hpp"
 #include "bench/simulate/world.hpp"
 
@@ -16,17 +17,6 @@ constexpr SensorTime kStart{1'000'000'000};
 
 Trajectory walk_through(const World& world, std::uint64_t seed) {
   return walk(world.path, WalkConfig{}, kStart, seed);
-}
-
-int visits(const Room& room, const Trajectory& truth) {
-  int count = 0;
-  bool was_inside = false;
-  for (const Pose& pose : truth.poses) {
-    const bool is_inside = room.contains(pose.translation(), was_inside ? 0.0 : 0.3);
-    count += is_inside && !was_inside ? 1 : 0;
-    was_inside = is_inside;
-  }
-  return count;
 }
 
 double length_of(const Trajectory& truth) {

@@ -153,13 +153,12 @@ void ScanBeams::add_ray(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& 
     return;
   }
   const float max_range_m = static_cast<float>(config.max_range_m);
-  const bool is_return = range_m <= max_range_m;
   const float length_m = std::min(range_m, max_range_m);
   const float free_m =
       std::clamp(range_m - static_cast<float>(config.voxel_size_m), 0.5f * length_m, length_m);
   const Eigen::Vector3f end_S = origin_S + length_m * direction_S;
-  rays_.push_back({origin_S, end_S, free_m, is_return});
-  if (!is_return) return;
+  rays_.push_back({origin_S, end_S, free_m});
+  if (range_m > max_range_m) return;
   x_S_[num_returns_] = end_S.x();
   y_S_[num_returns_] = end_S.y();
   z_S_[num_returns_] = end_S.z();

@@ -15,9 +15,8 @@ namespace cloister {
 /// One measured beam in the submap frame S.
 struct Ray {
   Eigen::Vector3f origin_S;
-  Eigen::Vector3f end_S;   ///< the return, or the point at max_range on the way to it
-  float free_m = 0;        ///< length from the origin that the beam proves free
-  bool is_return = false;  ///< `end_S` is a surface; false beyond max_range
+  Eigen::Vector3f end_S;  ///< the return, or the point at max_range on the way to it
+  float free_m = 0;       ///< length from the origin that the beam proves free
 };
 
 /// One scan in the submap frame after motion correction: its returns, and what its beams prove free. Capacity is fixed
