@@ -24,8 +24,9 @@ constexpr float kMinFarVoxels = 200;
 // Nearer than this, not even where an octant's middle is seen can be told from the block's own view.
 constexpr float kMinLookVoxels = 40;
 
-// Chunks are asked for free space by every scan, every other, or every fourth.
-constexpr int kNumPaces = 3;
+// Chunks are asked for free space by every scan, every other, or every third. A fourth turn would leave what has gone
+// for more than a second.
+constexpr int kMaxTurns = 3;
 
 // Of an octant's 64, for it to be free as a whole all the same.
 constexpr int kMaxUnseenVoxels = 16;
@@ -42,9 +43,9 @@ class Carver {
         reach_m_(static_cast<float>(job.max_range_m) + job.image.moved_m),
         sparse_m_(projector_.voxel_m * projector_.projection.max_rows_per_rad),
         evidence_for_{job.evidence, job.evidence, job.evidence} {
-    for (int pace = 1; pace < kNumPaces; ++pace) {
-      evidence_for_[pace].miss =
-          static_cast<LogOdds>(std::max(job.evidence.miss * (1 << pace), -127));
+    for (int turns = 1; turns <= kMaxTurns; ++turns) {
+      evidence_for_[turns - 1].miss =
+          static_cast<LogOdds>(std::max(job.evidence.miss * turns, -127));
     }
   }
 
@@ -142,28 +143,27 @@ class Carver {
   /// @return false when it is another scan's turn to ask it
   bool enter_chunk(const VoxelCoord& corner, const NodePose& from) {
     chunk_coord_ = parent_coord(parent_coord(corner));
-    const int pace = pace_of(corner, from);
-    const std::uint64_t turn =
-        static_cast<std::uint64_t>(chunk_coord_.x() + chunk_coord_.y() + 2 * chunk_coord_.z()) +
-        scan_number_;
-    if ((turn & ((1u << pace) - 1)) != 0) return false;
-    evidence_ = &evidence_for_[pace];
+    const int turns = turns_of(corner, from);
+    const std::int64_t turn = static_cast<std::int64_t>(scan_number_) + chunk_coord_.x() +
+                              chunk_coord_.y() + chunk_coord_.z();
+    if (turn % turns != 0) return false;
+    evidence_ = &evidence_for_[turns - 1];
     const PoolIndex index = volume_.find_chunk(pools_.store, chunk_coord_);
     chunk_ = index == kNoIndex ? nullptr : &pools_.store.chunk(index);
     slots_ = marks_.find_chunk(chunk_coord_);
     return true;
   }
 
-  /// One of 2^pace scans asks a chunk. There may be no other than the first.
-  int pace_of(const VoxelCoord& corner, const NodePose& from) const {
-    if (scan_number_ == 0) return 0;
+  /// How many scans take turns in asking a chunk. There may be no other than the first.
+  int turns_of(const VoxelCoord& corner, const NodePose& from) const {
+    if (scan_number_ == 0) return 1;
     constexpr float kHalf = 0.5f * kChunkVoxels;
     const float x = projector_.voxel_m * (static_cast<float>(corner.x()) + kHalf);
     const float y = projector_.voxel_m * (static_cast<float>(corner.y()) + kHalf);
     const float z = projector_.voxel_m * (static_cast<float>(corner.z()) + kHalf);
     const Eigen::Vector3f& sensor_S = from.pose->t_S;
     const float distance_m = std::hypot(x - sensor_S.x(), y - sensor_S.y(), z - sensor_S.z());
-    return distance_m > 2 * sparse_m_ ? 2 : distance_m > sparse_m_ ? 1 : 0;
+    return distance_m > 2 * sparse_m_ ? 3 : distance_m > sparse_m_ ? 2 : 1;
   }
 
   bool make_chunk() {
@@ -398,7 +398,7 @@ class Carver {
   Volume& volume_;
   float reach_m_;   ///< no beam ends further from where the sensor was in the middle of the scan
   float sparse_m_;  ///< from here on rows are more than a voxel apart
-  Evidence evidence_for_[kNumPaces];  ///< where every scan asks, every other, every fourth
+  Evidence evidence_for_[kMaxTurns];  ///< by the number of scans that take turns, less one
 
   const Evidence* evidence_ = nullptr;  ///< for the chunk that was entered
   ChunkCoord chunk_coord_ = ChunkCoord::Zero();

@@ -244,7 +244,7 @@ struct Visit {
 /// @return shares of the person's voxels that are occupied before and `scans` after it left, and the blocks it left
 std::tuple<double, double, int> watch(const Visit& visit, int scans) {
   Scene room;
-  room.add_room({-3, -4, -1.2f}, {7, 4, 1.6f});
+  room.add_room({-3, -4, -1.2f}, {std::max(7.0f, visit.distance + 3), 4, 1.6f});
   Scene occupied_room = room;
   occupied_room.cylinders.push_back({{visit.distance, 0.4f}, 0.25f, -1.2f, 0.5f});
   const ScanGeometry geometry = geometry_of(visit.sensor);
@@ -277,8 +277,8 @@ TEST_CASE(
   for (const Visit& visit :
        {Visit{long_range_sensor(), 3, true}, Visit{long_range_sensor(), 5, true},
         Visit{long_range_sensor(), 3, false}, Visit{long_range_sensor(), 5, false},
-        Visit{wide_sensor(), 1.5f, true}, Visit{wide_sensor(), 1.5f, false},
-        Visit{wide_sensor(), 3, false}}) {
+        Visit{long_range_sensor(), 8, false}, Visit{wide_sensor(), 1.5f, true},
+        Visit{wide_sensor(), 1.5f, false}, Visit{wide_sensor(), 3, false}}) {
     CAPTURE(visit.sensor.ring_radius_m);
     CAPTURE(visit.distance);
     CAPTURE(visit.sways);
