@@ -45,8 +45,8 @@ struct ProjectiveResult {
 ///     4x4x4 voxels becomes free when its middle and three quarters of its voxels are: the rest of it is at the border of
 ///     what is seen.
 ///   - Where rows are more than a voxel apart, chunks of 64 voxels are asked for free space by every other scan, and from
-///     twice as far on by every third, in turn; what is then seen through counts twice or three times, so that what has gone is cleared as soon. Returns count in
-///     every scan, and the first scan asks everything.
+///     twice as far on by every third, in turn; what is then seen through counts twice or three times, so that what has
+///     gone is cleared as soon. Returns count in every scan, and the first scan asks everything.
 ///
 /// Every node is projected with the sensor's pose at the column that looks at it; inside blocks and octants the projection
 /// is expanded around their middle. Blocks where the scan's beginning and end meet are looked up with both poses.
