@@ -26,6 +26,7 @@ libiceoryx-binding-c-dev # shared memory below DDS, asked whether its daemon liv
 libiceoryx-posh-dev # the CMake package of the line above needs it
 libiceoryx-hoofs-dev # and this
 iceoryx            # iox-roudi, that daemon, for the tests
+libsqlite3-dev     # rosbag2 recordings
 liboctomap-dev     # export to .bt and .ot
 libopenvdb-dev     # export to .vdb
 libimath-dev       # half floats in OpenVDB's headers

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "firmware_interface/map/map_contents.hpp"
 #include "mapping/core/result.hpp"
@@ -34,6 +35,8 @@ struct ExportOptions {
 /// The formats behind `export_map` that need a library of their own.
 [[nodiscard]] Result<void> export_octomap(const MapView& map, const std::filesystem::path& path,
                                           bool with_log_odds);
+/// The nodes of the same tree as a byte stream, without a file's header: what octomap_msgs carries.
+[[nodiscard]] Result<std::string> octomap_data(const MapView& map, bool with_log_odds);
 [[nodiscard]] Result<void> export_openvdb(const MapView& map, const std::filesystem::path& path);
 
 }  // namespace cloister

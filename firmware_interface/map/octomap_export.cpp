@@ -1,4 +1,5 @@
 #include <cmath>
+#include <sstream>
 #include <string>
 
 // OctoMap would otherwise tell about its progress on stderr.
@@ -110,21 +111,39 @@ class BlockTree : public octomap::OcTree {
   return header + "\ndata\n";
 }
 
-}  // namespace
-
-Result<void> export_octomap(const MapView& map, const std::filesystem::path& path,
-                            bool with_log_odds) {
-  BlockTree tree(map.info, with_log_odds ? TreeValues::kLogOdds : TreeValues::kState);
+Result<void> fill(BlockTree& tree, const MapView& map) {
   const bool is_within = for_each_combined_block(
       map, kKeyOffset, [&](const CombinedBlock& block) { tree.write_block(block); });
   if (!is_within) {
     const long reach_m = std::lround(kKeyOffset * map.info.voxel_size_m);
-    return fail(ErrorKind::kResource, path.string() +
-                                          ": the map reaches farther from M's origin than the " +
+    return fail(ErrorKind::kResource, "the map reaches farther from M's origin than the " +
                                           std::to_string(reach_m) +
-                                          " m that OctoMap can hold at this voxel size; use .vdb");
+                                          " m that OctoMap can hold at this voxel size");
   }
   tree.finish();
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> octomap_data(const MapView& map, bool with_log_odds) {
+  BlockTree tree(map.info, with_log_odds ? TreeValues::kLogOdds : TreeValues::kState);
+  if (auto filled = fill(tree, map); !filled) return tl::unexpected(filled.error());
+  std::ostringstream stream;
+  if (with_log_odds) {
+    tree.writeData(stream);
+  } else if (tree.size() > 0) {
+    tree.writeBinaryData(stream);
+  }
+  return stream.str();
+}
+
+Result<void> export_octomap(const MapView& map, const std::filesystem::path& path,
+                            bool with_log_odds) {
+  BlockTree tree(map.info, with_log_odds ? TreeValues::kLogOdds : TreeValues::kState);
+  if (auto filled = fill(tree, map); !filled) {
+    return fail(filled.error().kind, path.string() + ": " + filled.error().message + "; use .vdb");
+  }
   Result<AtomicFile> file = AtomicFile::open(path);
   if (!file) return tl::unexpected(file.error());
   // What goes wrong with the disk stays with the file.
