@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <Eigen/LU>
@@ -79,9 +80,14 @@ Result<MissionJson> read_mission_json(std::string_view text, std::string_view fi
   if (!document.is_object()) return fail_at(text, 0, file_name, "the text is not a JSON object");
 
   MissionJson mission;
-  if (const auto it = document.find("name"); it != document.end()) {
-    if (!it->is_string()) return fail_at_key(text, "name", file_name, "is not a string; quote it");
-    mission.name = it->get<std::string>();
+  for (const auto& [key, field] : {std::pair("name", &mission.name),
+                                   std::pair("points_topic", &mission.points_topic),
+                                   std::pair("odometry_topic", &mission.odometry_topic),
+                                   std::pair("path_topic", &mission.path_topic)}) {
+    const auto it = document.find(key);
+    if (it == document.end()) continue;
+    if (!it->is_string()) return fail_at_key(text, key, file_name, "is not a string; quote it");
+    *field = it->get<std::string>();
   }
   if (const auto it = document.find("variant"); it != document.end()) {
     if (*it == "pcap") {

@@ -16,6 +16,10 @@ struct MissionJson {
   std::optional<MissionVariant> variant;
   PoseFrame pose_frame = PoseFrame::kSensor;
   std::optional<Pose> T_pose_sensor;  ///< set exactly for PoseFrame::kBody
+  // Of a rosbag2 recording that has several topics of a type.
+  std::optional<std::string> points_topic;
+  std::optional<std::string> odometry_topic;
+  std::optional<std::string> path_topic;
 };
 
 /// Reads mission.json:
@@ -23,6 +27,8 @@ struct MissionJson {
 ///     name            any text
 ///     variant         "pcap" or "individual_clouds"
 ///     pose_frame      "sensor" or "lidar"
+///     points_topic, odometry_topic, path_topic
+///                     topics of a rosbag2 recording, as "/ouster/points"
 ///     T_pose_sensor   [x,y,z,qx,qy,qz,qw], or a 4x4 matrix by rows, nested or flat; metres
 ///
 /// `T_pose_sensor` decides when it is there; `pose_frame` may then hold any name.

@@ -1,14 +1,42 @@
 #include "firmware_interface/mission/mission_reader.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <system_error>
 
 #include "firmware_interface/files/pcd_file.hpp"
 #include "firmware_interface/files/tum_file.hpp"
 #include "firmware_interface/ouster/ouster_geometry.hpp"
+#include "firmware_interface/ros2/rosbag_mission.hpp"
 
 namespace cloister {
+namespace {
+
+/// A mission directory may keep the recording that it was made from.
+bool is_recording(const std::filesystem::path& path) {
+  std::error_code error;
+  return ros2::RosbagFile::is_one(path) && !std::filesystem::exists(path / "lidar.pcap", error) &&
+         !std::filesystem::exists(path / "individual_clouds", error);
+}
+
+}  // namespace
+
+MissionReader::MissionReader(MissionFolder folder, const Config& config)
+    : folder_(std::move(folder)), config_(config) {}
+
+MissionReader::~MissionReader() = default;
+
+const std::string& MissionReader::name() const { return bag_ ? bag_->name() : folder_.name; }
+
 Result<std::unique_ptr<MissionReader>> MissionReader::open(const std::filesystem::path& path,
                                                            const Config& config) {
+  if (is_recording(path)) {
+    auto bag = ros2::RosbagMission::open(path, static_cast<std::size_t>(config.scan.max_points));
+    if (!bag) return tl::unexpected(bag.error());
+    std::unique_ptr<MissionReader> reader(new MissionReader({}, config));
+    reader->open_bag(std::move(*bag));
+    return reader;
+  }
   auto folder = open_mission(path);
   if (!folder) return tl::unexpected(folder.error());
   std::unique_ptr<MissionReader> reader(new MissionReader(std::move(*folder), config));
@@ -40,12 +68,33 @@ Result<void> MissionReader::open_files() {
   return {};
 }
 
+void MissionReader::open_bag(ros2::RosbagMission bag) {
+  bag_ = std::make_unique<ros2::RosbagMission>(std::move(bag));
+  placer_ = ScanPlacer(config_.scan, bag_->T_body_cloud());
+  placer_.odometry() = OdometryBuffer(bag_->take_odometry());
+  pending_.reserve(max_pixels(), max_columns(), kMaxPoses);
+}
+
+bool MissionReader::has_odometry() const {
+  return bag_ ? bag_->has_odometry() : folder_.odometry_path.has_value();
+}
+
+bool MissionReader::has_graph() const {
+  return bag_ ? bag_->has_path() : next_graph_ < folder_.graphs.size();
+}
+
+bool MissionReader::graph_is_due() const {
+  if (!has_pending_) return true;
+  return bag_ ? bag_->path_is_due() : folder_.graphs[next_graph_].stamp <= pending_.stamp;
+}
+
 std::size_t MissionReader::max_pixels() const {
   return metadata_ ? geometry_.direction_L.size()
                    : static_cast<std::size_t>(config_.scan.max_points);
 }
 
 std::size_t MissionReader::max_columns() const {
+  if (bag_) return ros2::PointCloudDecoder::kMaxColumns;
   return static_cast<std::size_t>(geometry_.num_columns);
 }
 
@@ -56,17 +105,22 @@ Result<MissionReader::Item> MissionReader::next(Scan& scan) {
       if (!found) return tl::unexpected(found.error());
       has_pending_ = *found;
     }
-    const bool graph_is_due =
-        next_graph_ < folder_.graphs.size() &&
-        (!has_pending_ || folder_.graphs[next_graph_].stamp <= pending_.stamp);
-    if (graph_is_due) return read_graph();
-    if (!has_pending_) return Item::kEnd;
-    if (placer_.place(pending_) != ScanPlacer::Placement::kPlaced) {
+    bool takes_graph = has_graph() && graph_is_due();
+    if (!takes_graph && !has_pending_) return Item::kEnd;
+    if (!takes_graph && placer_.place(pending_) != ScanPlacer::Placement::kPlaced) {
       // A cloud without odometry waits for the snapshot that brings its node.
-      if (!folder_.odometry_path && next_graph_ < folder_.graphs.size()) return read_graph();
-      has_pending_ = false;
-      ++num_scans_unplaced_;
-      ++drops_["scan_without_pose"];
+      takes_graph = !has_odometry() && has_graph();
+      if (!takes_graph) {
+        has_pending_ = false;
+        ++num_scans_unplaced_;
+        ++drops_["scan_without_pose"];
+        continue;
+      }
+    }
+    if (takes_graph) {
+      auto found = read_graph();
+      if (!found) return tl::unexpected(found.error());
+      if (*found) return Item::kGraph;
       continue;
     }
     std::swap(scan, pending_);
@@ -76,7 +130,9 @@ Result<MissionReader::Item> MissionReader::next(Scan& scan) {
 }
 
 Result<bool> MissionReader::read_scan() {
-  auto found = folder_.variant == MissionVariant::kPackets ? read_packets() : read_cloud();
+  auto found = bag_                                          ? read_bag()
+               : folder_.variant == MissionVariant::kPackets ? read_packets()
+                                                             : read_cloud();
   if (!found || !*found) return found;
   pending_.index = static_cast<std::uint64_t>(num_scans_read_++);
   const Duration offset = Duration::from_seconds(config_.scan.stamp_offset_s);
@@ -118,23 +174,41 @@ Result<bool> MissionReader::read_cloud() {
   return true;
 }
 
-Result<MissionReader::Item> MissionReader::read_graph() {
+Result<bool> MissionReader::read_bag() {
+  auto found = bag_->next_cloud(pending_);
+  if (!found || !*found) return found;
+  num_returns_read_ +=
+      pending_.kind == Scan::Kind::kCloud
+          ? std::ssize(pending_.points_L)
+          : std::ssize(pending_.ranges_mm) -
+                std::count(pending_.ranges_mm.begin(), pending_.ranges_mm.end(), 0u);
+  return true;
+}
+
+Result<std::optional<PoseGraph>> MissionReader::read_graph_file() {
   const GraphFile& file = folder_.graphs[next_graph_++];
   G2oStats stats;
   auto graph = load_graph(folder_, file, {config_.fusion.default_information}, &stats);
   if (!graph) return tl::unexpected(graph.error());
   skipped_records_ += stats.skipped_records;
   drops_["graph_edges_without_information"] += stats.edges_without_information;
+  if (file.stamp == kBeforeMission && has_pending_) graph->stamp = pending_.stamp;
+  return std::optional(std::move(*graph));
+}
 
+Result<bool> MissionReader::read_graph() {
+  auto graph = bag_ ? bag_->next_path() : read_graph_file();
+  if (!graph) return tl::unexpected(graph.error());
+  if (!*graph) return false;
   graph_ = std::make_unique<GraphRevision>();
   graph_->revision = ++num_revisions_;
-  graph_->graph = std::move(*graph);
-  if (file.stamp == kBeforeMission && has_pending_) graph_->graph.stamp = pending_.stamp;
+  graph_->graph = std::move(**graph);
   placer_.complete(*graph_);
-  return Item::kGraph;
+  return true;
 }
 
 std::int64_t MissionReader::num_scans_expected() const {
+  if (bag_) return bag_->num_clouds();
   if (!metadata_) return static_cast<std::int64_t>(folder_.clouds.size());
   std::error_code error;
   const auto capture_bytes = std::filesystem::file_size(folder_.packets_path, error);
@@ -156,6 +230,7 @@ std::map<std::string, std::int64_t> MissionReader::drops() const {
   const auto add = [&](const std::map<std::string, std::uint64_t>& counts) {
     for (const auto& [cause, count] : counts) drops[cause] += static_cast<std::int64_t>(count);
   };
+  if (bag_) add(bag_->counters().drops());
   if (packets_) add(packets_->counters().drops());
   if (assembler_) add(assembler_->counters().drops());
   if (skipped_records_ > 0) drops["graph_records_skipped"] = skipped_records_;
@@ -165,6 +240,7 @@ std::map<std::string, std::int64_t> MissionReader::drops() const {
 
 std::vector<std::string> MissionReader::warnings() const {
   std::vector<std::string> warnings = folder_.warnings;
+  if (bag_) warnings = bag_->warnings();
   if (packets_ && packets_->warning()) warnings.push_back(*packets_->warning());
   return warnings;
 }

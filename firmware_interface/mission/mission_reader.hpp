@@ -19,8 +19,14 @@
 
 namespace cloister {
 
+namespace ros2 {
+class RosbagMission;
+}
+
 /// A recorded mission as the sequence a robot would have seen: scans with their poses, and graph
 /// snapshots between them, each before the first scan that is not older than it.
+///
+/// A mission is a directory as MissionFolder has it, or a recording of rosbag2 (see RosbagMission).
 ///
 /// Scans are placed as ScanPlacer says. A cloud without odometry waits for the snapshot that brings
 /// its node.
@@ -30,7 +36,9 @@ class MissionReader {
  public:
   enum class Item { kScan, kGraph, kEnd };
 
-  /// Opens the folder and reads metadata and odometry. Fails with kInput, naming file and line.
+  ~MissionReader();
+
+  /// Opens the mission and reads metadata and odometry. Fails with kInput, naming file and line.
   [[nodiscard]] static Result<std::unique_ptr<MissionReader>> open(
       const std::filesystem::path& path, const Config& config);
 
@@ -44,7 +52,7 @@ class MissionReader {
   [[nodiscard]] std::size_t max_columns() const;
   static constexpr std::size_t kMaxPoses = ScanPlacer::kMaxPoses;
 
-  [[nodiscard]] const std::string& name() const { return folder_.name; }
+  [[nodiscard]] const std::string& name() const;
   /// Scans assembled or clouds read so far, placed or not.
   [[nodiscard]] std::int64_t num_scans_read() const { return num_scans_read_; }
   /// How many scans the mission holds, roughly: from the capture's size, or the number of clouds.
@@ -59,17 +67,24 @@ class MissionReader {
   [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:
-  MissionReader(MissionFolder folder, const Config& config)
-      : folder_(std::move(folder)), config_(config) {}
+  MissionReader(MissionFolder folder, const Config& config);
 
   [[nodiscard]] Result<void> open_files();
+  void open_bag(ros2::RosbagMission bag);
   [[nodiscard]] Result<bool> read_scan();
   [[nodiscard]] Result<bool> read_packets();
   [[nodiscard]] Result<bool> read_cloud();
-  [[nodiscard]] Result<Item> read_graph();
+  [[nodiscard]] Result<bool> read_bag();
+  [[nodiscard]] bool has_odometry() const;
+  [[nodiscard]] bool has_graph() const;
+  [[nodiscard]] bool graph_is_due() const;
+  /// @return false when it was counted and passed over
+  [[nodiscard]] Result<bool> read_graph();
+  [[nodiscard]] Result<std::optional<PoseGraph>> read_graph_file();
 
   MissionFolder folder_;
   Config config_;
+  std::unique_ptr<ros2::RosbagMission> bag_;  ///< in place of the folder
   std::optional<SensorMetadata> metadata_;
   ScanGeometry geometry_;
   std::optional<PcapSource> packets_;

@@ -62,7 +62,7 @@ int run(int argc, char** argv) {
   bool baseline = false;
   bool force_progress = false;
   CLI::App* replay_command = app.add_subcommand("replay", "map a recorded mission and write its map and reports");
-  replay_command->add_option("mission", replay.mission, "mission directory")->required()->type_name("MISSION");
+  replay_command->add_option("mission", replay.mission, "mission directory, or recording of rosbag2 (.db3)")->required()->type_name("MISSION");
   replay_command->add_option("--out", replay.out, "directory for the outputs")->required()->type_name("OUT");
   source.add_to(*replay_command);
   replay_command->add_flag("--baseline", baseline,
