@@ -109,9 +109,10 @@ Result<ProgramConfig> load_config(const std::optional<std::filesystem::path>& fi
 
 std::string to_toml(const ProgramConfig& config) {
   std::ostringstream text;
+  text << std::boolalpha;
   std::string open_table;
   // Plain values go before the first table.
-  text << "baseline = " << (config.map.baseline ? "true" : "false") << "\n";
+  text << "baseline = " << config.map.baseline << "\n";
   visit_program_fields(config, [&](const char* name, const auto& value, double least, double most) {
     const std::string full = name;
     const std::size_t dot = full.find('.');

@@ -128,7 +128,7 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
   const Submap& a = *map_.find(candidate.a);
   const Submap& b = *map_.find(candidate.b);
   Event event = pair_event(EventKind::kFusionRejected, stamp, a, b, candidate.overlap);
-  event.reason = "uncertainty";
+  event.reason = judgement.is_uncertainty_unavailable ? "uncertainty_unavailable" : "uncertainty";
   if (judgement.sigma_m) event.sigma_m = *judgement.sigma_m;
   if (!judgement.is_accepted) {
     ++record_.rejected_by_uncertainty;

@@ -14,7 +14,8 @@ namespace cloister::ros2 {
 ///
 /// A pose's stamp says which node it is: poses move from message to message, stamps do not. Nodes are numbered from 0
 /// in the order they are first seen, so that one which is left out for a while comes back as itself. A path has no
-/// measurements between its poses: the graph has no edges, hence no loop closures and no uncertainty.
+/// measurements between its poses: the graph has no edges, hence no loop closures and no uncertainty
+/// (see FusionConfig::fuse_without_covariance).
 ///
 /// Threads: one at a time. Memory: one entry a node ever seen.
 class PathDecoder {

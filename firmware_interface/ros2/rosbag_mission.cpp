@@ -90,7 +90,7 @@ Result<RosbagMission> RosbagMission::open(const std::filesystem::path& path,
   if (!mission.paths_.empty()) {
     mission.warnings_.push_back(*trajectory +
                                 " has no covariances: the uncertainty check is unavailable, and "
-                                "submaps with different root nodes are not fused");
+                                "fusion.fuse_without_covariance decides in its place");
   }
   return mission;
 }

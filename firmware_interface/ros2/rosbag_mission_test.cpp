@@ -113,7 +113,7 @@ TEST_CASE("a recording replays as the robot saw it: clouds placed by odometry, p
     CHECK(drops["ros2_malformed_message"] == 1);
     CHECK(drops["path_empty"] == 1);
     REQUIRE((*reader)->warnings().size() == 1);
-    CHECK((*reader)->warnings()[0].find("has no covariances") != std::string::npos);
+    CHECK((*reader)->warnings()[0].find("fuse_without_covariance") != std::string::npos);
   }
 }
 

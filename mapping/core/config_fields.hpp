@@ -34,6 +34,7 @@ void visit_fields(ConfigType& config, Visitor&& visit) {
   visit("fusion.max_sigma_m", fusion.max_sigma_m, 0.0, 100.0);
   visit("fusion.max_sigma_unlooped_m", fusion.max_sigma_unlooped_m, 0.0, 100.0);
   visit("fusion.min_active_travel_m", fusion.min_active_travel_m, 0.0, 1e6);
+  visit("fusion.fuse_without_covariance", fusion.fuse_without_covariance, 0, 1);
   visit("fusion.default_information", fusion.default_information, 0.0, 1e12);
   auto& memory = config.memory;
   visit("memory.budget_bytes", memory.budget_bytes, 32.0 * (1 << 20), 1024.0 * (1 << 30));

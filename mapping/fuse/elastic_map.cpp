@@ -190,6 +190,10 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
                                                                            : config_.fusion.max_sigma_unlooped_m;
   if (root_a != kNoNode && root_a == root_b) {
     judgement.sigma_m = {0, 0, 0};
+  } else if (revision_ != nullptr && revision_->graph.edges.empty()) {
+    judgement.is_uncertainty_unavailable = true;
+    judgement.is_accepted = config_.fusion.fuse_without_covariance;
+    return judgement;
   } else if (revision_ != nullptr && !uncertainty_failed_) {
     if (!uncertainty_) {
       auto built = RelativeUncertainty::build(revision_->graph);

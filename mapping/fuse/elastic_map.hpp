@@ -36,6 +36,7 @@ struct Judgement {
   bool is_accepted = false;
   std::optional<std::array<double, 3>> sigma_m;  ///< translational standard deviations, ascending, metres
   double limit_m = 0;
+  bool is_uncertainty_unavailable = false;  ///< the graph has no edges: FusionConfig::fuse_without_covariance decided
 };
 
 /// The finished submaps and what is to become of them: which pairs to compare, which to fuse (paper, section III-B

@@ -32,7 +32,9 @@ GraphRevision with_loop(GraphRevision revision, NodeId from, NodeId to, double i
 }
 
 struct Fixture {
-  Fixture() : store(4000, 400), map(config, store) { map.pools().take_all(); }
+  explicit Fixture(const Config& settings = {}) : config(settings), store(4000, 400), map(config, store) {
+    map.pools().take_all();
+  }
 
   /// A finished submap with a wall of 4 x 4 blocks, each half occupied, at `x_blocks` in M, rooted at `root`.
   Submap* finished(SubmapId id, NodeId root, int x_blocks) {
@@ -128,6 +130,23 @@ TEST_CASE("without a loop closure between them the graph must know two submaps t
   f.map.add(f.finished(1, 9, 3));
   CHECK(f.settle() == 0);
   CHECK(f.last_judgement.limit_m == doctest::Approx(f.config.fusion.max_sigma_unlooped_m));
+}
+
+TEST_CASE("a graph without edges tells no uncertainty: the configuration says whether overlap alone is enough") {
+  for (const bool fuse_without_covariance : {false, true}) {
+    Config config;
+    config.fusion.fuse_without_covariance = fuse_without_covariance;
+    Fixture f(config);
+    GraphRevision graph = row_of_nodes(1e6);
+    graph.graph.edges.clear();
+    f.map.set_graph(&graph);
+    f.map.add(f.finished(0, 0, 3));
+    f.map.add(f.finished(1, 9, 3));
+    CHECK(f.settle() == (fuse_without_covariance ? 1 : 0));
+    CHECK(f.num_judged == 1);
+    CHECK(f.last_judgement.is_uncertainty_unavailable);
+    CHECK_FALSE(f.last_judgement.sigma_m.has_value());
+  }
 }
 
 TEST_CASE("without a graph nothing is fused") {
