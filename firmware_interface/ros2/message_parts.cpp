@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace cloister::ros2 {
@@ -66,7 +65,7 @@ std::string_view frame_name(const char* frame_id) {
 void set_text(char*& text, std::string_view value) {
   dds_free(text);
   text = static_cast<char*>(dds_alloc(value.size() + 1));
-  std::memcpy(text, value.data(), value.size());
+  value.copy(text, value.size());
   text[value.size()] = '\0';
 }
 
