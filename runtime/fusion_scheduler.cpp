@@ -9,7 +9,8 @@
 namespace cloister {
 namespace {
 
-Event pair_event(EventKind kind, SensorTime stamp, const Submap& a, const Submap& b, const VoxelOverlap& overlap) {
+Event pair_event(EventKind kind, SensorTime stamp, const Submap& a, const Submap& b,
+                 const VoxelOverlap& overlap) {
   return {.kind = kind,
           .stamp = stamp,
           .a = a.id,
@@ -26,8 +27,10 @@ FusionScheduler::FusionScheduler(ElasticMap& map, double fusion_reserve, std::si
                                  const SchedulerPorts& ports)
     : map_(map),
       ports_(ports),
-      reserve_blocks_(static_cast<std::size_t>(fusion_reserve * static_cast<double>(map.pools().store.num_blocks()))),
-      reserve_chunks_(static_cast<std::size_t>(fusion_reserve * static_cast<double>(map.pools().store.num_chunks()))),
+      reserve_blocks_(static_cast<std::size_t>(
+          fusion_reserve * static_cast<double>(map.pools().store.num_blocks()))),
+      reserve_chunks_(static_cast<std::size_t>(
+          fusion_reserve * static_cast<double>(map.pools().store.num_chunks()))),
       kept_places_(max_submaps),
       thread_([this] { run(); }) {}
 
@@ -99,7 +102,18 @@ void FusionScheduler::settle(SensorTime stamp) {
     if (!candidate) break;
     decide(*candidate, stamp);
   }
+  share_places();
   send_surplus();
+}
+
+void FusionScheduler::share_places() {
+  const StopWatch watch;
+  const std::int64_t bytes_before = map_.bytes();
+  const std::size_t moved = map_.share_places();
+  record_.cpu_fusion_ns += watch.cpu_ns();
+  record_.blocks_shared += static_cast<std::int64_t>(moved);
+  // A sum that only the reports read: relaxed order is enough.
+  ports_.finished.bytes.fetch_add(map_.bytes() - bytes_before, std::memory_order_relaxed);
 }
 
 void FusionScheduler::compare(std::vector<PairCheck> checks, SensorTime stamp) {
@@ -112,19 +126,33 @@ void FusionScheduler::compare(std::vector<PairCheck> checks, SensorTime stamp) {
   }
   for (const PairCheck& check : batch_.checks) {
     map_.record(check);
-    record_.events.push_back(pair_event(EventKind::kOverlapChecked, stamp, *check.a, *check.b, check.overlap));
-    record_.rejected_by_overlap += !map_.overlaps_enough(check);
+    Event event = pair_event(EventKind::kOverlapChecked, stamp, *check.a, *check.b, check.overlap);
+    if (const Judgement judgement = judge({check.a->id, check.b->id, false, check.overlap});
+        judgement.sigma_m) {
+      event.sigma_m = *judgement.sigma_m;
+    }
+    record_.events.push_back(event);
+    if (map_.overlaps_enough(check)) continue;
+    ++record_.rejected_by_overlap;
+    event.kind = EventKind::kFusionRejected;
+    event.reason = "overlap";
+    record_.events.push_back(event);
   }
-  record_.overlap_ms.insert(record_.overlap_ms.end(), batch_.milliseconds.begin(), batch_.milliseconds.end());
+  record_.overlap_ms.insert(record_.overlap_ms.end(), batch_.milliseconds.begin(),
+                            batch_.milliseconds.end());
+}
+
+Judgement FusionScheduler::judge(const FusionCandidate& candidate) {
+  const StopWatch watch;
+  const Judgement judgement = map_.judge(candidate);
+  record_.uncertainty_ms.push_back(watch.wall_ms());
+  record_.cpu_uncertainty_ns += watch.cpu_ns();
+  return judgement;
 }
 
 void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp) {
   ++(candidate.by_loop ? record_.proposed_by_loop : record_.proposed_by_overlap);
-  const StopWatch judge_watch;
-  const Judgement judgement = map_.judge(candidate);
-  record_.uncertainty_ms.push_back(judge_watch.wall_ms());
-  record_.cpu_uncertainty_ns += judge_watch.cpu_ns();
-
+  const Judgement judgement = judge(candidate);
   const Submap& a = *map_.find(candidate.a);
   const Submap& b = *map_.find(candidate.b);
   Event event = pair_event(EventKind::kFusionRejected, stamp, a, b, candidate.overlap);
@@ -182,7 +210,8 @@ void FusionScheduler::send_surplus() {
     item.num_chunks = surplus(pools.chunks, reserve_chunks_, item.items.size() - item.num_blocks);
     if (item.num_blocks + item.num_chunks == 0) return;
     for (std::uint32_t i = 0; i < item.num_blocks; ++i) item.items[i] = pools.blocks.try_acquire();
-    for (std::uint32_t i = 0; i < item.num_chunks; ++i) item.items[item.num_blocks + i] = pools.chunks.try_acquire();
+    for (std::uint32_t i = 0; i < item.num_chunks; ++i)
+      item.items[item.num_blocks + i] = pools.chunks.try_acquire();
     push(item);
   }
 }

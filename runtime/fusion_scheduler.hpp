@@ -16,11 +16,11 @@ namespace cloister {
 
 /// What connects the fusion scheduler to the others.
 struct SchedulerPorts {
-  SpscQueue<SchedulerCommand>& commands;        ///< from the integration thread
-  SpscQueue<MapReturn>& returns;                ///< to the integration thread; what does not fit waits here
-  SpscQueue<const GraphRevision*>& retired;     ///< to the reader: revisions that nobody uses any more
-  SpscQueue<OverlapBatch*>& requests;           ///< to the overlap worker
-  SpscQueue<OverlapBatch*>& answers;            ///< from the overlap worker
+  SpscQueue<SchedulerCommand>& commands;  ///< from the integration thread
+  SpscQueue<MapReturn>& returns;  ///< to the integration thread; what does not fit waits here
+  SpscQueue<const GraphRevision*>& retired;  ///< to the reader: revisions that nobody uses any more
+  SpscQueue<OverlapBatch*>& requests;        ///< to the overlap worker
+  SpscQueue<OverlapBatch*>& answers;         ///< from the overlap worker
   Doorbell& bell;
   Doorbell& worker_bell;
   Doorbell& integration_bell;
@@ -33,8 +33,9 @@ struct SchedulerRecord {
   std::vector<Event> events;
   std::vector<float> overlap_ms, fuse_ms, uncertainty_ms;
   std::int64_t cpu_fusion_ns = 0, cpu_uncertainty_ns = 0;
-  std::int64_t proposed_by_loop = 0, proposed_by_overlap = 0, accepted = 0, rejected_by_uncertainty = 0,
-               rejected_by_overlap = 0, declined_by_memory = 0, lost_roots = 0;
+  std::int64_t proposed_by_loop = 0, proposed_by_overlap = 0, accepted = 0,
+               rejected_by_uncertainty = 0, rejected_by_overlap = 0, declined_by_memory = 0,
+               lost_roots = 0, blocks_shared = 0;
 };
 
 /// The thread that owns the finished submaps: it moves them when the graph changes, has pairs compared, asks the graph
@@ -42,7 +43,8 @@ struct SchedulerRecord {
 class FusionScheduler {
  public:
   /// @param max_submaps  slots there are; the returns queue must have more places
-  FusionScheduler(ElasticMap& map, double fusion_reserve, std::size_t max_submaps, const SchedulerPorts& ports);
+  FusionScheduler(ElasticMap& map, double fusion_reserve, std::size_t max_submaps,
+                  const SchedulerPorts& ports);
   ~FusionScheduler();
 
   /// Commands completed so far. Acquire: who reads it sees what they did.
@@ -55,7 +57,9 @@ class FusionScheduler {
   void run();
   void handle(const SchedulerCommand& command);
   void settle(SensorTime stamp);
+  void share_places();
   void compare(std::vector<PairCheck> checks, SensorTime stamp);
+  [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
   void decide(const FusionCandidate& candidate, SensorTime stamp);
   void send_surplus();
   void push(const MapReturn& item);

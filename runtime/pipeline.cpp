@@ -279,6 +279,7 @@ void Pipeline::complete_record() {
   record_.cpu_overlap_s = 1e-9 * static_cast<double>(worker_->cpu_ns());
   record_.cpu_fusion_s = 1e-9 * static_cast<double>(scheduler.cpu_fusion_ns);
   record_.cpu_uncertainty_s = 1e-9 * static_cast<double>(scheduler.cpu_uncertainty_ns);
+  record_.counters["blocks_moved_to_nearer_submap"] = scheduler.blocks_shared;
   record_.counters["queue_scans_high_water"] = static_cast<std::int64_t>(commands_.high_water());
   record_.counters["queue_scheduler_high_water"] = static_cast<std::int64_t>(scheduler_commands_.high_water());
   record_.counters["queue_returns_high_water"] = static_cast<std::int64_t>(returns_.high_water());

@@ -51,7 +51,7 @@ struct ExperimentOptions {
   std::filesystem::path out;       ///< gets WORLD_SEED/{mission,ours,baseline}
   std::filesystem::path programs;  ///< folder of the programs
   double minutes = 0.0;            ///< missions end there; 0 = at the end of their paths
-  bool keep = false;               ///< keep the missions' packets
+  bool keep = false;               ///< keep the missions' packets, and use those that are there
 };
 
 /// Simulates a mission, replays it twice and judges what is left. Says what it does on stderr.

@@ -158,7 +158,9 @@ int run(int argc, char** argv) {
                  "end missions there (default: at the end of their paths)")
       ->check(CLI::PositiveNumber);
   app.add_flag("--quick", options.quick, "one seed, and the first four minutes of the campus");
-  app.add_flag("--keep", options.experiment.keep, "keep the missions' packets, gigabytes each");
+  app.add_flag("--keep", options.experiment.keep,
+               "keep the missions' packets, gigabytes each, and use those that are there already "
+               "(of whatever length they are)");
   app.add_option("--results", options.results,
                  "also write experiments.csv, WORLD_memory.svg and WORLD_plan.svg here");
   app.add_option("--programs", options.experiment.programs,

@@ -183,7 +183,7 @@ Result<void> write_meshes(const std::filesystem::path& out_dir, const MapView& m
   std::vector<WrittenPart> written;
   std::vector<Part> parts(1);
   for (const Submap* submap : sorted_submaps(map)) {
-    parts[0] = {submap, extract_mesh(*map.store, submap->volume, map.info.voxel_size_m)};
+    parts[0] = {submap, extract_mesh(*map.store, submap->volume, map.info.voxel_size_m, kSurfaceDepth)};
     const std::filesystem::path path = directory / (std::to_string(submap->id) + ".ply");
     if (auto done = write_parts(path, parts, real); !done) return done;
     written.push_back({path, size_of(parts[0].mesh)});
@@ -198,7 +198,7 @@ Result<void> write_meshes(const std::filesystem::path& out_dir, const MapView& m
 Result<void> write_mesh_ply(const std::filesystem::path& path, const MapView& map) try {
   std::vector<Part> parts;
   for (const Submap* submap : sorted_submaps(map)) {
-    parts.push_back({submap, extract_mesh(*map.store, submap->volume, map.info.voxel_size_m)});
+    parts.push_back({submap, extract_mesh(*map.store, submap->volume, map.info.voxel_size_m, kSurfaceDepth)});
   }
   return write_parts(path, parts, ply_real_for(map));
 } catch (const std::bad_alloc&) {

@@ -8,6 +8,10 @@
 
 namespace cloister {
 
+/// How deep meshes are drawn (see extract_mesh). Returns lie anywhere inside an occupied voxel, and the first one that a
+/// beam meets is often the near side of a sheet two voxels thick: the surface is a little before its centre.
+inline constexpr double kSurfaceDepth = 0.75;
+
 /// Leaves `submaps/<id>.ply` for every submap and `mesh.ply` with all of them in `out_dir`, in M,
 /// coloured by submap. Files of submaps that this map does not have are removed from `submaps/`.
 /// Needs memory for one submap's mesh at a time. Fails with kResource when a file cannot be written

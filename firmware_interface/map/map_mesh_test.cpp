@@ -101,7 +101,8 @@ TEST_CASE("meshes come back from their files in M, coloured by submap") {
   for (const Submap* submap : sorted_submaps(map.view())) {
     const ParsedPly one =
         parse_ply(directory.path() / "submaps" / (std::to_string(submap->id) + ".ply"));
-    const TriangleMesh mesh = extract_mesh(map.store, submap->volume, map.info.voxel_size_m);
+    const TriangleMesh mesh =
+        extract_mesh(map.store, submap->volume, map.info.voxel_size_m, kSurfaceDepth);
     REQUIRE(one.points.size() == mesh.vertices_S.size());
     REQUIRE(one.triangles.size() == mesh.triangles.size());
     CHECK(mesh.triangles.empty() == (submap->id == 8));
@@ -146,7 +147,8 @@ TEST_CASE("a mesh far from M's origin keeps its shape") {
   REQUIRE(write_meshes(directory.path(), map.view()).has_value());
   const ParsedPly ply = parse_ply(directory / "mesh.ply");
   CHECK(ply.has_doubles);
-  const TriangleMesh mesh = extract_mesh(map.store, submap.volume, map.info.voxel_size_m);
+  const TriangleMesh mesh =
+      extract_mesh(map.store, submap.volume, map.info.voxel_size_m, kSurfaceDepth);
   REQUIRE(ply.points.size() == mesh.vertices_S.size());
   for (std::size_t i = 0; i < ply.points.size(); ++i) {
     const Eigen::Vector3d p_S = submap.T_M_S.inverse() * ply.points[i];

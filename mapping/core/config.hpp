@@ -29,13 +29,13 @@ struct SpawnConfig {
 
 /// When two submaps become one (paper, sections III-B and III-C).
 ///
-/// Through an open door two neighbouring rooms see up to 0.8 of each other's volume, while two visits of one room agree
-/// in 0.85 to 0.98: below `certain_overlap` the sensor must have walked the same ground as well.
+/// From its doorway a room of 4 m is seen to nine tenths: the overlap alone would join every room with the next. So the
+/// sensor must have walked the same ground as well, which is as wide as the place: a third of how far its scans reach.
 struct FusionConfig {
-  double min_overlap = 0.7;       ///< lambda_fusion: larger of both voxel overlap ratios, for submaps of one place
-  double min_shared_path = 0.8;   ///< one place: share of the shorter path that comes near the other's
-  double shared_path_m = 1.5;     ///< how near
-  double certain_overlap = 0.9;   ///< an overlap that needs no shared path
+  double min_overlap = 0.7;      ///< lambda_fusion: larger of both voxel overlap ratios, for submaps of one place
+  double min_shared_path = 0.7;  ///< one place: share of the shorter path that comes near the other's, in what it holds
+  double shared_path_m = 0.5;    ///< how near, at least
+  double shared_path_reach = 0.35;  ///< how near, as a share of the smaller of both submaps' reach
   double max_sigma_m = 0.2;           ///< largest translational standard deviation between two roots
   double max_sigma_unlooped_m = 0.065;  ///< the same for pairs that no loop closure's range covers
   double min_active_travel_m = 5.0;   ///< the active submap is closed at a loop closure once the sensor moved this far

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "mapping/fuse/fuser.hpp"
+#include "mapping/fuse/place_sharing.hpp"
 #include "mapping/overlap/convex_overlap.hpp"
 #include "mapping/overlap/oriented_box.hpp"
 
@@ -21,12 +22,16 @@ double largest_move_m(const Pose& T_before, const Pose& T_now, const Eigen::Alig
   return move_m;
 }
 
+double larger_ratio(const VoxelOverlap& overlap) {
+  return std::max(overlap.ratio_a(), overlap.ratio_b());
+}
+
 }  // namespace
 
-ElasticMap::ElasticMap(const Config& config, VoxelStore& store) : config_(config), store_(store), pools_(store) {}
+ElasticMap::ElasticMap(const Config& config, VoxelStore& store)
+    : config_(config), store_(store), pools_(store) {}
 
 void ElasticMap::refresh(Entry& entry) {
-  ++entry.version;
   entry.bounds_S = known_bounds(store_, entry.submap->volume, config_.voxel.voxel_size_m);
 }
 
@@ -34,6 +39,7 @@ void ElasticMap::add(Submap* submap) {
   if (revision_ != nullptr) apply_graph(*submap, *revision_);
   Entry& entry = entries_[submap->id];
   entry.submap = submap;
+  ++entry.num_sources;
   refresh(entry);
   note_nodes(*submap);
 }
@@ -49,7 +55,8 @@ void ElasticMap::note_nodes(const Submap& submap) {
   const auto& nodes = revision_->graph.nodes;
   auto node = std::lower_bound(nodes.begin(), nodes.end(), submap.first_node,
                                [](const GraphNode& a, NodeId id) { return a.id < id; });
-  for (; node != nodes.end() && node->id <= submap.last_node; ++node) node_owner_.emplace(node->id, submap.id);
+  for (; node != nodes.end() && node->id <= submap.last_node; ++node)
+    node_owner_.emplace(node->id, submap.id);
 }
 
 Submap* ElasticMap::lend(SubmapId id) {
@@ -84,7 +91,8 @@ void ElasticMap::note_loops(const GraphRevision& revision) {
 }
 
 SubmapId ElasticMap::survivor(SubmapId id) const {
-  for (auto it = fused_into_.find(id); it != fused_into_.end(); it = fused_into_.find(id)) id = it->second;
+  for (auto it = fused_into_.find(id); it != fused_into_.end(); it = fused_into_.find(id))
+    id = it->second;
   return id;
 }
 
@@ -96,13 +104,31 @@ bool ElasticMap::joined_by_loop(SubmapId a, SubmapId b) const {
   });
 }
 
-bool ElasticMap::overlaps_enough(const Submap& a, const Submap& b, const VoxelOverlap& overlap) const {
+bool ElasticMap::overlaps_enough(const Submap& a, const Submap& b,
+                                 const VoxelOverlap& overlap) const {
   if (config_.baseline) return true;
   const FusionConfig& fusion = config_.fusion;
-  const double ratio = std::max(overlap.ratio_a(), overlap.ratio_b());
-  if (ratio < fusion.min_overlap || ratio >= fusion.certain_overlap) return ratio >= fusion.min_overlap;
-  const Pose T_b_a = b.T_M_S.inverse() * a.T_M_S;
-  return SubmapPath::shared(a.path, b.path, T_b_a, static_cast<float>(fusion.shared_path_m)) >= fusion.min_shared_path;
+  return larger_ratio(overlap) >= fusion.min_overlap &&
+         shared_ground(a, b) >= fusion.min_shared_path;
+}
+
+double ElasticMap::shared_ground(const Submap& a, const Submap& b) const {
+  if (a.path.points().size() > b.path.points().size()) return shared_ground(b, a);
+  if (a.path.points().empty()) return 0;
+  const FusionConfig& fusion = config_.fusion;
+  const double reach_m = std::min(a.reach.mean_m, b.reach.mean_m);
+  const auto near_m =
+      static_cast<float>(std::max(fusion.shared_path_m, fusion.shared_path_reach * reach_m));
+  const auto block_m = static_cast<float>(config_.voxel.voxel_size_m * kBlockEdge);
+  const Eigen::Isometry3f T_b_a = (b.T_M_S.inverse() * a.T_M_S).cast<float>();
+  const auto num_shared = std::count_if(
+      a.path.points().begin(), a.path.points().end(), [&](const Eigen::Vector3f& p_a) {
+        const Eigen::Vector3f p_b = T_b_a * p_a;
+        return b.path.squared_distance(p_b) < near_m * near_m &&
+               !b.volume.view(store_, (p_b / block_m).array().floor().matrix().cast<int>())
+                    .is_unknown();
+      });
+  return static_cast<double>(num_shared) / static_cast<double>(a.path.points().size());
 }
 
 bool ElasticMap::overlaps_enough(const PairCheck& checked) const {
@@ -121,13 +147,16 @@ SubmapId ElasticMap::owner(NodeId node) const {
 
 bool ElasticMap::covered_by_loop(NodeId root_a, NodeId root_b) const {
   const auto [older_root, newer_root] = std::minmax(root_a, root_b);
-  return std::any_of(loops_.begin(), loops_.end(), [&, older = older_root, newer = newer_root](const auto& loop) {
-    // The range begins with the submap that holds the loop's older end, so with that submap's root.
-    const auto owner = node_owner_.find(loop.first);
-    const auto root = owner == node_owner_.end() ? root_at_spawn_.end() : root_at_spawn_.find(owner->second);
-    const NodeId begin = root == root_at_spawn_.end() ? loop.first : std::min(loop.first, root->second);
-    return begin <= older && newer <= loop.second;
-  });
+  return std::any_of(
+      loops_.begin(), loops_.end(), [&, older = older_root, newer = newer_root](const auto& loop) {
+        // The range begins with the submap that holds the loop's older end, so with that submap's root.
+        const auto owner = node_owner_.find(loop.first);
+        const auto root =
+            owner == node_owner_.end() ? root_at_spawn_.end() : root_at_spawn_.find(owner->second);
+        const NodeId begin =
+            root == root_at_spawn_.end() ? loop.first : std::min(loop.first, root->second);
+        return begin <= older && newer <= loop.second;
+      });
 }
 
 bool ElasticMap::may_overlap_enough(const Entry& a, const Entry& b) const {
@@ -140,8 +169,9 @@ bool ElasticMap::may_overlap_enough(const Entry& a, const Entry& b) const {
 
 bool ElasticMap::is_current(const Comparison& comparison, const Entry& a, const Entry& b) const {
   const Pose T_b_a = b.submap->T_M_S.inverse() * a.submap->T_M_S;
-  return comparison.version_a == a.version && comparison.version_b == b.version &&
-         largest_move_m(comparison.T_b_a, T_b_a, a.bounds_S) < kMaxMoveVox * config_.voxel.voxel_size_m;
+  return comparison.sources_a == a.num_sources && comparison.sources_b == b.num_sources &&
+         largest_move_m(comparison.T_b_a, T_b_a, a.bounds_S) <
+             kMaxMoveVox * config_.voxel.voxel_size_m;
 }
 
 std::vector<PairCheck> ElasticMap::plan_checks() {
@@ -151,34 +181,49 @@ std::vector<PairCheck> ElasticMap::plan_checks() {
       if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
       const auto known = comparisons_.find({a->first, b->first});
       if (known != comparisons_.end() && is_current(known->second, a->second, b->second)) continue;
+      if (have_shared(a->first, b->first)) continue;
       const bool is_wanted = config_.baseline ? joined_by_loop(a->first, b->first)
                                               : may_overlap_enough(a->second, b->second);
       if (known != comparisons_.end()) comparisons_.erase(known);
       if (!is_wanted) continue;
-      checks.push_back({a->second.submap, b->second.submap,
-                        b->second.submap->T_M_S.inverse() * a->second.submap->T_M_S, {}});
+      checks.push_back({a->second.submap,
+                        b->second.submap,
+                        b->second.submap->T_M_S.inverse() * a->second.submap->T_M_S,
+                        {}});
     }
   }
   return checks;
 }
 
 void ElasticMap::record(const PairCheck& checked) {
-  comparisons_[{checked.a->id, checked.b->id}] = {entries_.at(checked.a->id).version, entries_.at(checked.b->id).version,
+  comparisons_[{checked.a->id, checked.b->id}] = {entries_.at(checked.a->id).num_sources,
+                                                  entries_.at(checked.b->id).num_sources,
                                                   checked.T_b_a, checked.overlap, false};
 }
 
 std::optional<FusionCandidate> ElasticMap::next_candidate() {
-  for (auto& [pair, comparison] : comparisons_) {
+  const std::pair<const Pair, Comparison>* best = nullptr;
+  double best_score = 0;
+  for (const auto& item : comparisons_) {
+    const auto& [pair, comparison] = item;
     const auto a = entries_.find(pair.first);
     const auto b = entries_.find(pair.second);
     if (comparison.is_judged || a == entries_.end() || b == entries_.end()) continue;
     if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
     if (!is_current(comparison, a->second, b->second)) continue;
     if (!overlaps_enough(*a->second.submap, *b->second.submap, comparison.overlap)) continue;
-    comparison.is_judged = true;
-    return FusionCandidate{pair.first, pair.second, joined_by_loop(pair.first, pair.second), comparison.overlap};
+    // In baseline mode paths do not count, and all scores may be zero.
+    const double score =
+        larger_ratio(comparison.overlap) * shared_ground(*a->second.submap, *b->second.submap);
+    if (best != nullptr && score <= best_score) continue;
+    best = &item;
+    best_score = score;
   }
-  return std::nullopt;
+  if (best == nullptr) return std::nullopt;
+  const Pair pair = best->first;
+  comparisons_[pair].is_judged = true;
+  return FusionCandidate{pair.first, pair.second, joined_by_loop(pair.first, pair.second),
+                         best->second.overlap};
 }
 
 Judgement ElasticMap::judge(const FusionCandidate& candidate) {
@@ -186,8 +231,9 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
   const NodeId root_a = entries_.at(candidate.a).submap->root;
   const NodeId root_b = entries_.at(candidate.b).submap->root;
   Judgement judgement;
-  judgement.limit_m = candidate.by_loop || covered_by_loop(root_a, root_b) ? config_.fusion.max_sigma_m
-                                                                           : config_.fusion.max_sigma_unlooped_m;
+  judgement.limit_m = candidate.by_loop || covered_by_loop(root_a, root_b)
+                          ? config_.fusion.max_sigma_m
+                          : config_.fusion.max_sigma_unlooped_m;
   if (root_a != kNoNode && root_a == root_b) {
     judgement.sigma_m = {0, 0, 0};
   } else if (revision_ != nullptr && revision_->graph.edges.empty()) {
@@ -210,6 +256,49 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
   return judgement;
 }
 
+bool ElasticMap::have_shared(SubmapId a, SubmapId b) const {
+  const auto sharing = sharings_.find({a, b});
+  return sharing != sharings_.end() && sharing->second.refused_by_revision == 0 &&
+         sharing->second.sources_a == entries_.at(a).num_sources &&
+         sharing->second.sources_b == entries_.at(b).num_sources;
+}
+
+std::size_t ElasticMap::share_places() {
+  if (config_.baseline) return 0;
+  std::size_t moved = 0;
+  for (auto a = entries_.begin(); a != entries_.end(); ++a) {
+    for (auto b = std::next(a); b != entries_.end(); ++b) {
+      if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
+      moved += share_places(a->second, b->second, sharings_[{a->first, b->first}]);
+    }
+  }
+  return moved;
+}
+
+std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
+  const std::uint64_t revision = revision_ != nullptr ? revision_->revision : 0;
+  const bool is_same = sharing.sources_a == a.num_sources && sharing.sources_b == b.num_sources;
+  if (is_same && (sharing.refused_by_revision == 0 || sharing.refused_by_revision == revision))
+    return 0;
+  sharing = {a.num_sources, b.num_sources, 0};
+  if (a.bounds_S.isEmpty() || b.bounds_S.isEmpty()) return 0;
+  if (boxes_disjoint(oriented_box(a.bounds_S, a.submap->T_M_S),
+                     oriented_box(b.bounds_S, b.submap->T_M_S)))
+    return 0;
+  const SubmapId id_a = a.submap->id;
+  const SubmapId id_b = b.submap->id;
+  if (!judge({id_a, id_b, joined_by_loop(id_a, id_b), {}}).is_accepted) {
+    sharing.refused_by_revision = revision;
+    return 0;
+  }
+  const Pose T_a_b = a.submap->T_M_S.inverse() * b.submap->T_M_S;
+  const auto moved = cloister::share_places(*a.submap, *b.submap, T_a_b, config_.voxel, pools_);
+  if (!moved || *moved == 0) return 0;
+  refresh(a);
+  refresh(b);
+  return *moved;
+}
+
 Submap* ElasticMap::fuse(const FusionCandidate& candidate) {
   Entry& a = entries_.at(candidate.a);
   const auto b_entry = entries_.find(candidate.b);
@@ -218,20 +307,32 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate) {
   if (!fuse_volume(b->volume, T_b_a, config_.voxel, pools_, a.submap->volume)) return nullptr;
 
   a.submap->merged_from.push_back(b->id);
-  a.submap->merged_from.insert(a.submap->merged_from.end(), b->merged_from.begin(), b->merged_from.end());
+  a.submap->merged_from.insert(a.submap->merged_from.end(), b->merged_from.begin(),
+                               b->merged_from.end());
   std::sort(a.submap->merged_from.begin(), a.submap->merged_from.end());
   a.submap->path.add(b->path, T_b_a.inverse());
+  a.submap->reach.add(b->reach);
   a.submap->note_node(b->first_node);
   a.submap->note_node(b->last_node);
+  ++a.num_sources;
   refresh(a);
   b->volume.clear(pools_);
   b->reset();
   entries_.erase(b_entry);
   fused_into_[candidate.b] = candidate.a;
-  std::erase_if(comparisons_, [&](const auto& item) {
+  const auto is_of_b = [&](const auto& item) {
     return item.first.first == candidate.b || item.first.second == candidate.b;
-  });
+  };
+  std::erase_if(comparisons_, is_of_b);
+  std::erase_if(sharings_, is_of_b);
   return b;
+}
+
+std::int64_t ElasticMap::bytes() const {
+  std::size_t sum = 0;
+  for (const auto& [id, entry] : entries_)
+    sum += entry.submap != nullptr ? entry.submap->volume.bytes() : 0;
+  return static_cast<std::int64_t>(sum);
 }
 
 std::vector<const Submap*> ElasticMap::submaps() const {

@@ -20,21 +20,22 @@ struct PairCheck {
   const Submap* a = nullptr;  ///< the one with the smaller id
   const Submap* b = nullptr;
   Pose T_b_a = Pose::Identity();
-  VoxelOverlap overlap;       ///< filled by the worker
+  VoxelOverlap overlap;  ///< filled by the worker
 };
 
 /// A pair whose overlap is large enough to become one submap, if the graph is certain enough.
 struct FusionCandidate {
   SubmapId a = kNoSubmap;  ///< the smaller id: it stays
   SubmapId b = kNoSubmap;
-  bool by_loop = false;    ///< a loop closure joins the two
+  bool by_loop = false;  ///< a loop closure joins the two
   VoxelOverlap overlap;
 };
 
 /// The graph's word on a candidate.
 struct Judgement {
   bool is_accepted = false;
-  std::optional<std::array<double, 3>> sigma_m;  ///< translational standard deviations, ascending, metres
+  std::optional<std::array<double, 3>>
+      sigma_m;  ///< translational standard deviations, ascending, metres
   double limit_m = 0;
   bool is_uncertainty_unavailable = false;  ///< the graph has no edges: FusionConfig::fuse_without_covariance decided
 };
@@ -68,9 +69,14 @@ class ElasticMap {
   /// nothing comes any more.
   [[nodiscard]] std::vector<PairCheck> plan_checks();
   void record(const PairCheck& checked);
-  /// The next pair to judge, or nothing. Each pair comes once a comparison and, if refused, once a loop closure.
+  /// The pair to judge next, the one that shares most volume and ground, or nothing. Each pair comes once a comparison and, if refused, once a loop closure.
   [[nodiscard]] std::optional<FusionCandidate> next_candidate();
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
+  /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
+  /// it (see share_places), where the graph is as certain of the pair as a fusion needs. Pairs of which neither has
+  /// taken up scans since are passed over.
+  /// @return number of blocks that changed hands
+  [[nodiscard]] std::size_t share_places();
   /// Makes b part of a. @return b's slot, emptied, or null (nothing changed) when the pools are too small
   [[nodiscard]] Submap* fuse(const FusionCandidate& candidate);
 
@@ -85,25 +91,40 @@ class ElasticMap {
   /// True when a loop closure joins the two.
   [[nodiscard]] bool joined_by_loop(SubmapId a, SubmapId b) const;
   [[nodiscard]] std::vector<const Submap*> submaps() const;
+  /// What the volumes of all finished submaps take.
+  [[nodiscard]] std::int64_t bytes() const;
 
  private:
   struct Entry {
     Submap* submap = nullptr;
-    std::uint32_t version = 0;    ///< grows whenever its voxels change
-    Eigen::AlignedBox3d bounds_S; ///< of what it knows
+    std::uint32_t num_sources =
+        0;  ///< grows when scans are added or fused into it, not when places are shared
+    Eigen::AlignedBox3d bounds_S;  ///< of what it knows
   };
   /// What is known about a pair, until one of both changes.
   struct Comparison {
-    std::uint32_t version_a = 0, version_b = 0;
+    std::uint32_t sources_a = 0, sources_b = 0;
     Pose T_b_a = Pose::Identity();
     VoxelOverlap overlap;
     bool is_judged = false;
   };
   using Pair = std::pair<SubmapId, SubmapId>;
+  /// When a pair was last asked to share: not again before new scans have come to one or, if the graph refused, the
+  /// graph has changed. What sharing itself changes does not count: blocks of two grids could change hands for ever.
+  struct Sharing {
+    std::uint32_t sources_a = 0, sources_b = 0;
+    std::uint64_t refused_by_revision = 0;
+  };
 
   [[nodiscard]] bool may_overlap_enough(const Entry& a, const Entry& b) const;
+  /// True when the pair was told apart and has shared what both knew: what is left of it says nothing about overlap.
+  [[nodiscard]] bool have_shared(SubmapId a, SubmapId b) const;
+  [[nodiscard]] std::size_t share_places(Entry& a, Entry& b, Sharing& sharing);
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
-  [[nodiscard]] bool overlaps_enough(const Submap& a, const Submap& b, const VoxelOverlap& overlap) const;
+  [[nodiscard]] bool overlaps_enough(const Submap& a, const Submap& b,
+                                     const VoxelOverlap& overlap) const;
+  /// Share of the shorter path that comes near the other's and runs through what the other holds.
+  [[nodiscard]] double shared_ground(const Submap& a, const Submap& b) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
   void note_nodes(const Submap& submap);
   void note_loops(const GraphRevision& revision);
@@ -117,10 +138,11 @@ class ElasticMap {
   bool uncertainty_failed_ = false;
   std::map<SubmapId, Entry> entries_;
   std::map<Pair, Comparison> comparisons_;
+  std::map<Pair, Sharing> sharings_;
   std::map<SubmapId, SubmapId> fused_into_;
-  std::map<NodeId, SubmapId> node_owner_;           ///< the first submap that holds a node's scans
+  std::map<NodeId, SubmapId> node_owner_;  ///< the first submap that holds a node's scans
   std::map<SubmapId, NodeId> root_at_spawn_;
-  std::vector<std::pair<NodeId, NodeId>> loops_;    ///< all loop closures so far, (older, newer)
+  std::vector<std::pair<NodeId, NodeId>> loops_;  ///< all loop closures so far, (older, newer)
 };
 
 }  // namespace cloister

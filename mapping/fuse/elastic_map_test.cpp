@@ -1,8 +1,8 @@
 #include "mapping/fuse/elastic_map.hpp"
 
-#include <doctest/doctest.h>
-
 #include <array>
+
+#include <doctest/doctest.h>
 
 namespace cloister {
 namespace {
@@ -46,15 +46,19 @@ struct Fixture {
     submap->T_root_S = Pose::Identity();
     submap->T_root_S.translation().x() = -2.0 * static_cast<double>(root);
     submap->path.add({static_cast<float>(x_blocks) * 0.52f, 0, 0});
+    add_wall(*submap, x_blocks);
+    return submap;
+  }
+  void add_wall(Submap& submap, int x_blocks) {
     for (int y = 0; y < 4; ++y) {
       for (int z = 0; z < 4; ++z) {
         Chunk* chunk = nullptr;
-        std::uint32_t* place = submap->volume.make_place(map.pools(), {x_blocks, y, z}, &chunk);
-        Block* block = submap->volume.make_block(map.pools(), *chunk, *place);
-        for (int i = 0; i < kBlockVoxels; ++i) block->voxels[i] = (i & 7) < 4 ? LogOdds{30} : LogOdds{-30};
+        std::uint32_t* place = submap.volume.make_place(map.pools(), {x_blocks, y, z}, &chunk);
+        Block* block = submap.volume.make_block(map.pools(), *chunk, *place);
+        for (int i = 0; i < kBlockVoxels; ++i)
+          block->voxels[i] = (i & 7) < 4 ? LogOdds{30} : LogOdds{-30};
       }
     }
-    return submap;
   }
   /// Everything the scheduler does until nothing is left to do. Returns the number of fusions.
   int settle() {
@@ -62,7 +66,8 @@ struct Fixture {
     while (true) {
       for (PairCheck& check : map.plan_checks()) {
         ++num_checks;
-        check.overlap = voxel_overlap(store, check.a->volume, check.b->volume, check.T_b_a, config.voxel.voxel_size_m);
+        check.overlap = voxel_overlap(store, check.a->volume, check.b->volume, check.T_b_a,
+                                      config.voxel.voxel_size_m);
         map.record(check);
       }
       const auto candidate = map.next_candidate();
@@ -105,7 +110,8 @@ TEST_CASE("submaps of different places are not even compared") {
   CHECK(f.num_checks == 0);
 }
 
-TEST_CASE("a fusion is refused while the graph is uncertain, and asked again when a loop closure comes") {
+TEST_CASE(
+    "a fusion is refused while the graph is uncertain, and asked again when a loop closure comes") {
   Fixture f;
   const GraphRevision open = row_of_nodes(100);  // 0.1 m a step: 0.3 m and more over nine
   f.map.set_graph(&open);
@@ -124,7 +130,8 @@ TEST_CASE("a fusion is refused while the graph is uncertain, and asked again whe
 
 TEST_CASE("without a loop closure between them the graph must know two submaps to a voxel") {
   Fixture f;
-  const GraphRevision graph = row_of_nodes(2000);  // 0.022 m a step: 0.067 m and more over nine, below 0.2 m
+  const GraphRevision graph =
+      row_of_nodes(2000);  // 0.022 m a step: 0.067 m and more over nine, below 0.2 m
   f.map.set_graph(&graph);
   f.map.add(f.finished(0, 0, 3));
   f.map.add(f.finished(1, 9, 3));
@@ -199,6 +206,86 @@ TEST_CASE("a graph that has lost a root leaves its submap where it was") {
   GraphRevision shrunk;
   CHECK(f.map.set_graph(&shrunk) == 1);
   CHECK(f.map.submaps().size() == 1);
+}
+
+/// A row of rooms, four blocks wide each, of which a submap sees its own and the neighbours'.
+struct RowOfRooms : Fixture {
+  static constexpr int kRoomBlocks = 4;
+  /// A submap whose sensor walked through one room.
+  Submap* seen_from(SubmapId id, NodeId root, int room) {
+    Submap* submap = finished(id, root, kRoomBlocks * room);
+    submap->path.clear();
+    for (int k = 0; k < kRoomBlocks; ++k) {
+      submap->path.add({(static_cast<float>(kRoomBlocks * room + k) + 0.5f) * 0.52f, 0, 0});
+    }
+    for (int x = kRoomBlocks * (room - 1); x < kRoomBlocks * (room + 2); ++x) add_wall(*submap, x);
+    return submap;
+  }
+  /// Pairs of submaps with an overlap above 0.7, between which the graph would allow a fusion.
+  int num_pairs_left() {
+    int num_left = 0;
+    const auto all = map.submaps();
+    for (std::size_t a = 0; a < all.size(); ++a) {
+      for (std::size_t b = a + 1; b < all.size(); ++b) {
+        const VoxelOverlap overlap =
+            voxel_overlap(store, all[a]->volume, all[b]->volume,
+                          all[b]->T_M_S.inverse() * all[a]->T_M_S, config.voxel.voxel_size_m);
+        if (std::max(overlap.ratio_a(), overlap.ratio_b()) <= 0.7) continue;
+        num_left +=
+            map.judge({all[a]->id, all[b]->id, map.joined_by_loop(all[a]->id, all[b]->id), {}})
+                .is_accepted;
+      }
+    }
+    return num_left;
+  }
+};
+
+TEST_CASE("rooms that see into each other stay submaps of their own, and each place is held once") {
+  RowOfRooms f;
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&graph);
+  for (int room = 0; room < 4; ++room) f.map.add(f.seen_from(room, 2 * room, room));
+  CHECK(f.settle() == 0);
+  CHECK(f.map.share_places() > 0);
+  CHECK(f.map.submaps().size() == 4);
+  CHECK(f.num_pairs_left() == 0);
+  std::size_t num_blocks = 0;
+  for (const Submap* submap : f.map.submaps()) num_blocks += submap->volume.num_blocks();
+  CHECK(num_blocks == 6 * RowOfRooms::kRoomBlocks * 16);
+  CHECK(f.map.share_places() == 0);
+}
+
+TEST_CASE(
+    "rooms visited again come back to one submap each, and no pair is left that should have been "
+    "fused") {
+  RowOfRooms f;
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&graph);
+  for (int visit = 0; visit < 8; ++visit) {
+    f.map.add(f.seen_from(visit, visit, visit % 4));
+    CHECK(f.settle() == (visit < 4 ? 0 : 1));
+    (void)f.map.share_places();
+    CHECK(f.num_pairs_left() == 0);
+  }
+  CHECK(f.map.submaps().size() == 4);
+  for (int visit = 4; visit < 8; ++visit) CHECK(f.map.survivor(visit) == visit - 4);
+}
+
+TEST_CASE("across a wrong loop closure that admits its doubt nothing is fused or shared") {
+  RowOfRooms f;
+  // The chain alone knows the two to 0.9 m; the loop closure, to a metre.
+  const GraphRevision graph = with_loop(row_of_nodes(10), 0, 9, 1);
+  f.map.set_graph(&graph);
+  f.map.add(f.seen_from(0, 0, 0));
+  f.map.add(f.seen_from(1, 9, 0));
+  CHECK(f.settle() == 0);
+  CHECK(f.num_judged == 1);
+  CHECK(f.map.share_places() == 0);
+  CHECK(f.map.submaps().size() == 2);
+  // Once the graph knows better, both are asked again.
+  const GraphRevision better = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&better);
+  CHECK(f.settle() == 1);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "mapping/fuse/fuser.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "mapping/integrate/evidence.hpp"
@@ -19,8 +20,8 @@ void sort_unique(std::vector<Eigen::Vector3i>& coords) {
 }
 
 /// Blocks of `into` that something known in `from` reaches, in a fixed order.
-std::vector<BlockCoord> blocks_reached(const VoxelStore& store, const Volume& from, const Pose& T_into_from,
-                                       double voxel_size_m) {
+std::vector<BlockCoord> blocks_reached(const VoxelStore& store, const Volume& from,
+                                       const Pose& T_into_from, double voxel_size_m) {
   std::vector<BlockCoord> reached;
   // Neighbours reach much the same blocks: sorting now and then keeps the list a few times as long as the answer.
   std::size_t sort_at = 1 << 16;
@@ -48,36 +49,90 @@ bool has_room(const std::vector<BlockCoord>& reached, const VoxelPools& pools, c
   for (const BlockCoord& coord : reached) {
     const std::optional<LogOdds> under = sampler.gather(coord);
     if (under && *under == kUnknownLogOdds) continue;
-    if (into.find_chunk(pools.store, parent_coord(coord)) == kNoIndex) new_chunks.push_back(parent_coord(coord));
+    if (into.find_chunk(pools.store, parent_coord(coord)) == kNoIndex)
+      new_chunks.push_back(parent_coord(coord));
     new_blocks += !under && into.view(pools.store, coord).block == nullptr;
   }
   sort_unique(new_chunks);
   return new_blocks <= pools.blocks.num_free() && new_chunks.size() <= pools.chunks.num_free();
 }
 
+/// What a volume says at the middle of another grid's voxels, weighed between its own voxels around that place.
+class Interpolation {
+ public:
+  Interpolation(const VoxelStore& store, const Volume& from, const Pose& T_from_into,
+                double voxel_size_m, int most)
+      : store_(store),
+        from_(from),
+        most_(most),
+        R_(T_from_into.linear()),
+        t_vox_(T_from_into.translation() / voxel_size_m) {}
+
+  /// True when one grid's voxels are the other's: then there is nothing to weigh.
+  [[nodiscard]] bool grids_agree() const {
+    return R_.isIdentity(1e-9) && (t_vox_.array() - t_vox_.array().round()).abs().maxCoeff() < 1e-6;
+  }
+
+  /// kUnknownLogOdds when the weighed evidence cancels out.
+  [[nodiscard]] LogOdds at(const VoxelCoord& voxel_into) const {
+    // From the middles of voxels: a whole number is where one voxel's word counts alone.
+    const Eigen::Vector3d p_vox =
+        ((R_ * (voxel_into.cast<double>().array() + 0.5).matrix() + t_vox_).array() - 0.5).matrix();
+    const VoxelCoord low = p_vox.array().floor().matrix().cast<int>();
+    const Eigen::Vector3d upper_weight = p_vox - low.cast<double>();
+    double sum = 0, weights = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const VoxelCoord step(corner & 1, corner >> 1 & 1, corner >> 2);
+      const LogOdds value = from_.at(store_, low + step);
+      if (value == kUnknownLogOdds) continue;
+      double weight = 1;
+      for (int axis = 0; axis < 3; ++axis)
+        weight *= step[axis] == 1 ? upper_weight[axis] : 1 - upper_weight[axis];
+      // Occupied voxels go higher than free ones go low: equally sure ones must count alike, or surfaces would grow.
+      sum += weight * std::min<int>(value, most_);
+      weights += weight;
+    }
+    return weights > 0 ? static_cast<LogOdds>(std::lround(sum / weights)) : kUnknownLogOdds;
+  }
+
+ private:
+  const VoxelStore& store_;
+  const Volume& from_;
+  int most_;
+  Eigen::Matrix3d R_;
+  Eigen::Vector3d t_vox_;
+};
+
 }  // namespace
 
-bool fuse_volume(const Volume& from, const Pose& T_from_into, const VoxelConfig& config, VoxelPools& pools,
-                 Volume& into) {
+bool fuse_volume(const Volume& from, const Pose& T_from_into, const VoxelConfig& config,
+                 VoxelPools& pools, Volume& into, BothKnown rule) {
   const int lowest = log_odds_steps(config.log_odds_min);
   const int highest = log_odds_steps(config.log_odds_max);
   const std::vector<BlockCoord> reached =
       blocks_reached(pools.store, from, T_from_into.inverse(), config.voxel_size_m);
   BlockSampler sampler(pools.store, from, T_from_into, config.voxel_size_m);
   if (!has_room(reached, pools, into, sampler)) return false;
+  const Interpolation weighed(pools.store, from, T_from_into, config.voxel_size_m, -lowest);
+  const bool grids_agree = weighed.grids_agree();
 
   for (const BlockCoord& coord : reached) {
     const std::optional<LogOdds> under = sampler.gather(coord);
     if (under && *under == kUnknownLogOdds) continue;
     Chunk* chunk = nullptr;
     std::uint32_t* place = into.make_place(pools, coord, &chunk);
+    const bool is_complete =
+        !Volume::has_block(*place) && Volume::known_octants(*place) == kAllOctants;
+    if (is_complete && rule == BothKnown::kKeep) continue;
     if (under && !Volume::has_block(*place)) {
       const LogOdds before = Volume::coarse_value(*place);
       const LogOdds sum = add_log_odds(before, *under, lowest, highest);
-      const bool is_partial = before != kUnknownLogOdds && Volume::known_octants(*place) != kAllOctants;
+      const bool is_partial =
+          before != kUnknownLogOdds && Volume::known_octants(*place) != kAllOctants;
       // One value stands for all octants: where only some were known, the weaker of what both kinds come to.
       if (!is_partial || (before < 0 && *under < 0)) {
-        into.set_coarse(pools, *chunk, *place, is_partial ? std::max(sum, *under) : sum, kAllOctants);
+        into.set_coarse(pools, *chunk, *place, is_partial ? std::max(sum, *under) : sum,
+                        kAllOctants);
         continue;
       }
     }
@@ -85,9 +140,17 @@ bool fuse_volume(const Volume& from, const Pose& T_from_into, const VoxelConfig&
     for (int z = 0; z < kBlockEdge; ++z) {
       for (int y = 0; y < kBlockEdge; ++y) {
         for (int x = 0; x < kBlockEdge; ++x) {
-          const LogOdds evidence = under ? *under : sampler.at(x, y, z);
+          LogOdds evidence = under ? *under : sampler.at(x, y, z);
           LogOdds& voxel = block->voxels[index_in_block(x, y, z)];
-          if (evidence != kUnknownLogOdds) voxel = add_log_odds(voxel, evidence, lowest, highest);
+          if (evidence == kUnknownLogOdds) continue;
+          if (rule == BothKnown::kKeep && voxel != kUnknownLogOdds) continue;
+          // A surface lies anywhere in its voxel, so the nearest voxel of the other grid can be the next one to it: taken
+          // as it is, every fusion would thicken surfaces here and wear them away there.
+          if (voxel != kUnknownLogOdds && !grids_agree) {
+            evidence = weighed.at(coord * kBlockEdge + VoxelCoord(x, y, z));
+            if (evidence == kUnknownLogOdds) continue;
+          }
+          voxel = add_log_odds(voxel, evidence, lowest, highest);
         }
       }
     }

@@ -1,14 +1,16 @@
 #include "mapping/fuse/fuser.hpp"
 
-#include <doctest/doctest.h>
-
 #include <random>
+
+#include <doctest/doctest.h>
 
 namespace cloister {
 namespace {
 
 struct TwoVolumes {
-  explicit TwoVolumes(std::size_t blocks = 4096) : store(blocks, 256), pools(store) { pools.take_all(); }
+  explicit TwoVolumes(std::size_t blocks = 4096) : store(blocks, 256), pools(store) {
+    pools.take_all();
+  }
   void set(Volume& volume, const VoxelCoord& voxel, LogOdds value) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = volume.make_place(pools, parent_coord(voxel), &chunk);
@@ -18,7 +20,8 @@ struct TwoVolumes {
     std::mt19937 rng(seed);
     std::uniform_int_distribution<int> coordinate(low, high), value(-40, 70);
     for (int i = 0; i < 6000; ++i) {
-      set(volume, {coordinate(rng), coordinate(rng), coordinate(rng)}, static_cast<LogOdds>(value(rng)));
+      set(volume, {coordinate(rng), coordinate(rng), coordinate(rng)},
+          static_cast<LogOdds>(value(rng)));
     }
   }
   VoxelStore store;
@@ -71,23 +74,26 @@ TEST_CASE("coarse nodes stay coarse") {
 }
 
 TEST_CASE("partly known coarse nodes fuse to the same states as the same voxels one by one") {
-  for (const Eigen::Vector3d& shift : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(8, 0, -8), Eigen::Vector3d(4, 3, 0)}) {
+  for (const Eigen::Vector3d& shift :
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(8, 0, -8), Eigen::Vector3d(4, 3, 0)}) {
     TwoVolumes coarse, plain;
     std::mt19937 rng(9);
-    const auto add = [&](TwoVolumes& v, Volume& volume, const BlockCoord& coord, LogOdds value, OctantMask known,
-                         bool is_coarse) {
+    const auto add = [&](TwoVolumes& v, Volume& volume, const BlockCoord& coord, LogOdds value,
+                         OctantMask known, bool is_coarse) {
       Chunk* chunk = nullptr;
       std::uint32_t* place = volume.make_place(v.pools, coord, &chunk);
       if (is_coarse) return volume.set_coarse(v.pools, *chunk, *place, value, known);
       Block* block = volume.make_block(v.pools, *chunk, *place);
-      for (int i = 0; i < kBlockVoxels; ++i) block->voxels[i] = known >> octant_of(i) & 1 ? value : kUnknownLogOdds;
+      for (int i = 0; i < kBlockVoxels; ++i)
+        block->voxels[i] = known >> octant_of(i) & 1 ? value : kUnknownLogOdds;
     };
     // Free nodes meet free and occupied ones, whole and in parts.
     for (int i = 0; i < 100; ++i) {
       const BlockCoord coord(i % 10, i / 10, 0);
       for (const bool is_into : {true, false}) {
         const auto known = rng() % 3 == 0 ? kAllOctants : static_cast<OctantMask>(rng() % 256);
-        const auto value = static_cast<LogOdds>(known == kAllOctants && rng() % 3 == 0 ? 25 : -10 - static_cast<int>(rng() % 5));
+        const auto value = static_cast<LogOdds>(
+            known == kAllOctants && rng() % 3 == 0 ? 25 : -10 - static_cast<int>(rng() % 5));
         if (known == kNoOctants) continue;
         add(coarse, is_into ? coarse.into : coarse.from, coord, value, known, true);
         add(plain, is_into ? plain.into : plain.from, coord, value, known, false);
@@ -123,7 +129,9 @@ TEST_CASE("fusion between rotated grids keeps a plane within a voxel of where it
     for (int i = 0; i < kBlockVoxels; ++i) {
       if (view.at(i) <= 0) continue;
       ++num_occupied;
-      const Eigen::Vector3d centre = (block.cast<double>() * 8 + Eigen::Vector3d((i & 7) + 0.5, ((i >> 3) & 7) + 0.5, (i >> 6) + 0.5));
+      const Eigen::Vector3d centre =
+          (block.cast<double>() * 8 +
+           Eigen::Vector3d((i & 7) + 0.5, ((i >> 3) & 7) + 0.5, (i >> 6) + 0.5));
       CHECK(std::abs((T_into_from.inverse() * centre).x() - 10.5) <= 1.0);
     }
   });

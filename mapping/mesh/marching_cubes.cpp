@@ -36,8 +36,8 @@ struct Place {
 /// their table serves another block.
 class Extraction {
  public:
-  Extraction(const VoxelStore& store, const Volume& volume, double voxel_size_m)
-      : voxel_size_m_(voxel_size_m) {
+  Extraction(const VoxelStore& store, const Volume& volume, double voxel_size_m, double depth)
+      : voxel_size_m_(voxel_size_m), depth_(depth) {
     volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
       places_.push_back({coord, view});
     });
@@ -157,7 +157,8 @@ class Extraction {
       const double to = corner_at(upper);
       Eigen::Vector3d position_vox =
           (neighbours_[0]->coord * kBlockEdge + lower).cast<double>().array() + 0.5;
-      position_vox[axis] += from / (from - to);
+      const double crossing = from / (from - to);
+      position_vox[axis] += from < 0 ? crossing + depth_ * (1 - crossing) : crossing * (1 - depth_);
       mesh_.vertices_S.push_back((position_vox * voxel_size_m_).cast<float>());
     }
     return vertex;
@@ -186,6 +187,7 @@ class Extraction {
   }
 
   double voxel_size_m_;
+  double depth_;
   std::vector<Place> places_;
   std::array<std::size_t, 8> cursors_{};
   std::array<Place*, 8> neighbours_{};
@@ -197,8 +199,9 @@ class Extraction {
 
 }  // namespace
 
-TriangleMesh extract_mesh(const VoxelStore& store, const Volume& volume, double voxel_size_m) {
-  return Extraction(store, volume, voxel_size_m).run();
+TriangleMesh extract_mesh(const VoxelStore& store, const Volume& volume, double voxel_size_m,
+                          double depth) {
+  return Extraction(store, volume, voxel_size_m, depth).run();
 }
 
 }  // namespace cloister

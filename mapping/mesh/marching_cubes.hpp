@@ -13,12 +13,16 @@ namespace cloister {
 /// edge, two triangles per side (see cube_cases.hpp). Triangles are counter-clockwise seen from
 /// free space.
 ///
+/// The zero crossing lies between the last free voxel and the first occupied one, so before the surface that the
+/// returns inside the occupied voxel were measured on; `depth` draws it deeper.
+///
 /// @param voxel_size_m  edge of a voxel
+/// @param depth  0 draws the zero crossing itself; towards 1, vertices move on to the occupied voxel's centre
 /// @return vertices and triangles in S, in an order that depends on the volume's content only
 /// Threads: reads the volume; needs its owner's permission.
 /// Real-time: allocates; O(known blocks * log(known blocks)), voxels are only visited near a change
 /// of sign.
 [[nodiscard]] TriangleMesh extract_mesh(const VoxelStore& store, const Volume& volume,
-                                        double voxel_size_m);
+                                        double voxel_size_m, double depth = 0);
 
 }  // namespace cloister

@@ -6,25 +6,22 @@
 #include "mapping/overlap/block_sampler.hpp"
 
 namespace cloister {
-namespace {
 
-std::int64_t known_in(const BlockView& view) {
+std::int64_t count_known(const BlockView& view) {
   if (view.block == nullptr) return std::popcount(view.known) * kOctantVoxels;
   return kBlockVoxels - std::count(std::begin(view.block->voxels), std::end(view.block->voxels), kUnknownLogOdds);
 }
 
-}  // namespace
-
 std::int64_t count_known(const VoxelStore& store, const Volume& volume) {
   std::int64_t known = 0;
-  volume.for_each_block(store, [&](const BlockCoord&, const BlockView& view) { known += known_in(view); });
+  volume.for_each_block(store, [&](const BlockCoord&, const BlockView& view) { known += count_known(view); });
   return known;
 }
 
 Eigen::AlignedBox3d known_bounds(const VoxelStore& store, const Volume& volume, double voxel_size_m) {
   Eigen::AlignedBox3i blocks;
   volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
-    if (known_in(view) > 0) blocks.extend(coord);
+    if (count_known(view) > 0) blocks.extend(coord);
   });
   if (blocks.isEmpty()) return {};
   const double edge_m = voxel_size_m * kBlockEdge;
@@ -37,7 +34,7 @@ VoxelOverlap voxel_overlap(const VoxelStore& store, const Volume& a, const Volum
   overlap.num_known_b = count_known(store, b);
   BlockSampler sampler(store, b, T_b_a, voxel_size_m);
   a.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
-    const std::int64_t known = known_in(view);
+    const std::int64_t known = count_known(view);
     overlap.num_known_a += known;
     if (known == 0) return;
     const std::optional<LogOdds> under = sampler.gather(coord);

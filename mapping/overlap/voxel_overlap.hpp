@@ -31,6 +31,8 @@ struct VoxelOverlap {
 [[nodiscard]] VoxelOverlap voxel_overlap(const VoxelStore& store, const Volume& a, const Volume& b, const Pose& T_b_a,
                                          double voxel_size_m);
 
+/// Voxels of a block's place that are free or occupied.
+[[nodiscard]] std::int64_t count_known(const BlockView& view);
 /// Voxels that are free or occupied.
 [[nodiscard]] std::int64_t count_known(const VoxelStore& store, const Volume& volume);
 

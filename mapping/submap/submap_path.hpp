@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <limits>
+#include <span>
 
 #include <Eigen/Core>
 
@@ -37,20 +39,13 @@ class SubmapPath {
     for (std::size_t i = 0; i < other.size_; ++i) add(T * other.points_[i]);
   }
 
-  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::span<const Eigen::Vector3f> points() const { return {points_.data(), size_}; }
 
-  /// Share of the shorter of both trails that comes within `radius_m` of the other; 0 when one is empty.
-  [[nodiscard]] static double shared(const SubmapPath& a, const SubmapPath& b, const Pose& T_b_a, float radius_m) {
-    if (a.size_ > b.size_) return shared(b, a, T_b_a.inverse(), radius_m);
-    if (a.size_ == 0) return 0;
-    const Eigen::Isometry3f T = T_b_a.cast<float>();
-    std::size_t num_near = 0;
-    for (std::size_t i = 0; i < a.size_; ++i) {
-      const Eigen::Vector3f p_b = T * a.points_[i];
-      num_near += std::any_of(b.points_.begin(), b.points_.begin() + static_cast<std::ptrdiff_t>(b.size_),
-                              [&](const Eigen::Vector3f& q_b) { return (q_b - p_b).norm() < radius_m; });
-    }
-    return static_cast<double>(num_near) / static_cast<double>(a.size_);
+  /// Square of how near the trail comes to a place in S, m^2; infinite for an empty trail.
+  [[nodiscard]] float squared_distance(const Eigen::Vector3f& p_S) const {
+    float nearest_m2 = std::numeric_limits<float>::infinity();
+    for (std::size_t i = 0; i < size_; ++i) nearest_m2 = std::min(nearest_m2, (points_[i] - p_S).squaredNorm());
+    return nearest_m2;
   }
 
  private:

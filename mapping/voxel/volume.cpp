@@ -147,6 +147,24 @@ void Volume::attach_block(Chunk& chunk, std::uint32_t& place, PoolIndex block) {
   ++num_blocks_;
 }
 
+void Volume::release_empty_chunks(VoxelPools& pools) {
+  PoolIndex* link = &first_chunk_;
+  while (*link != kNoIndex) {
+    const PoolIndex index = *link;
+    Chunk& chunk = pools.store.chunk(index);
+    if (chunk.num_known > 0) {
+      link = &chunk.next_in_volume;
+      continue;
+    }
+    PoolIndex* in_bucket = &buckets_[bucket_of(chunk.x, chunk.y, chunk.z)];
+    while (*in_bucket != index) in_bucket = &pools.store.chunk(*in_bucket).next_in_bucket;
+    *in_bucket = chunk.next_in_bucket;
+    *link = chunk.next_in_volume;
+    pools.chunks.release(index);
+    --num_chunks_;
+  }
+}
+
 void Volume::clear(VoxelPools& pools) {
   for (PoolIndex index = first_chunk_; index != kNoIndex;) {
     Chunk& chunk = pools.store.chunk(index);

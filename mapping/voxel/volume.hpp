@@ -53,6 +53,8 @@ class Volume {
   [[nodiscard]] PoolIndex detach_block(Chunk& chunk, std::uint32_t& place);
   /// Puts a block that the caller owns into an unknown place.
   void attach_block(Chunk& chunk, std::uint32_t& place, PoolIndex block);
+  /// Returns the chunks in which nothing is known any more.
+  void release_empty_chunks(VoxelPools& pools);
   /// Returns everything to the pools.
   void clear(VoxelPools& pools);
 

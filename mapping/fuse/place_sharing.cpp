@@ -1,0 +1,87 @@
+#include "mapping/fuse/place_sharing.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "mapping/fuse/fuser.hpp"
+#include "mapping/overlap/voxel_overlap.hpp"
+
+namespace cloister {
+namespace {
+
+// The other must know half as much of a place: a glimpse through its edge is no copy.
+constexpr std::int64_t kMinKnownDivisor = 2;
+
+/// Blocks of `from` for which `into` is the better home.
+std::vector<BlockCoord> find_given(const VoxelStore& store, const Submap& from, const Submap& into,
+                                   const Pose& T_into_from, double edge_m) {
+  std::vector<BlockCoord> given;
+  const Eigen::Isometry3f T = T_into_from.cast<float>();
+  const auto block_m = static_cast<float>(edge_m);
+  from.volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
+    const Eigen::Vector3f middle_from = (coord.cast<float>().array() + 0.5f).matrix() * block_m;
+    const Eigen::Vector3f middle_into = T * middle_from;
+    const BlockCoord there = (middle_into / block_m).array().floor().matrix().cast<int>();
+    const BlockView held = into.volume.view(store, there);
+    if (held.is_unknown() || kMinKnownDivisor * count_known(held) < count_known(view)) return;
+    if (into.path.squared_distance(middle_into) < from.path.squared_distance(middle_from))
+      given.push_back(coord);
+  });
+  return given;
+}
+
+/// Moves places between volumes of one frame, as far as the pool of chunks goes.
+std::size_t move_places(const std::vector<BlockCoord>& coords, VoxelPools& pools, Volume& from,
+                        Volume& to) {
+  std::size_t moved = 0;
+  for (const BlockCoord& coord : coords) {
+    Chunk* chunk_to = nullptr;
+    std::uint32_t* place_to = to.make_place(pools, coord, &chunk_to);
+    if (place_to == nullptr) break;
+    Chunk* chunk_from = nullptr;
+    std::uint32_t* place_from =
+        from.make_place(pools, coord, &chunk_from);  // is there: it is known
+    if (Volume::has_block(*place_from)) {
+      to.attach_block(*chunk_to, *place_to, from.detach_block(*chunk_from, *place_from));
+    } else {
+      to.set_coarse(pools, *chunk_to, *place_to, Volume::coarse_value(*place_from),
+                    Volume::known_octants(*place_from));
+      from.set_coarse(pools, *chunk_from, *place_from, kUnknownLogOdds, kNoOctants);
+    }
+    ++moved;
+  }
+  return moved;
+}
+
+std::optional<std::size_t> give(Submap& from, Submap& into, const Pose& T_into_from,
+                                const VoxelConfig& config, VoxelPools& pools) {
+  const std::vector<BlockCoord> given =
+      find_given(pools.store, from, into, T_into_from, config.voxel_size_m * kBlockEdge);
+  if (given.empty()) return 0;
+  Volume parcel;
+  const std::size_t moved = move_places(given, pools, from.volume, parcel);
+  if (moved < given.size() ||
+      !fuse_volume(parcel, T_into_from.inverse(), config, pools, into.volume, BothKnown::kKeep)) {
+    // Back where it came from: the chunks are still there.
+    (void)move_places({given.begin(), given.begin() + static_cast<std::ptrdiff_t>(moved)}, pools,
+                      parcel, from.volume);
+    parcel.clear(pools);
+    return std::nullopt;
+  }
+  parcel.clear(pools);
+  from.volume.release_empty_chunks(pools);
+  return moved;
+}
+
+}  // namespace
+
+std::optional<std::size_t> share_places(Submap& a, Submap& b, const Pose& T_a_b,
+                                        const VoxelConfig& config, VoxelPools& pools) {
+  const auto from_a = give(a, b, T_a_b.inverse(), config, pools);
+  if (!from_a) return std::nullopt;
+  const auto from_b = give(b, a, T_a_b, config, pools);
+  if (!from_b) return std::nullopt;
+  return *from_a + *from_b;
+}
+
+}  // namespace cloister

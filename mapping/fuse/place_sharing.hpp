@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "mapping/core/config.hpp"
+#include "mapping/submap/submap.hpp"
+
+namespace cloister {
+
+/// Leaves every place that two submaps know to the one whose sensor came nearer to it.
+///
+/// Submaps look into each other through doors and across squares, so each holds a worse copy of its neighbours: memory
+/// would follow the number of submaps times what a sensor sees, and surfaces would be drawn once by each. A block of one
+/// is given to the other when the other's trail (SubmapPath) comes nearer to its middle, and the other knows at least
+/// half as many voxels there. What is given fills in what the other does not know; where both know a voxel the nearer
+/// one's word stands: adding a view through a door to what was seen from within blurs walls and wears them down.
+///
+/// Since nearness decides, and not which of the two asks, a second call finds nothing more to give unless one of the
+/// submaps has changed.
+/// @param T_a_b  pose of b's frame in a's: how far it can be trusted is for the caller to ask
+/// @return number of blocks that changed hands; nothing when the pools were too small, and whatever could not be given
+///         is where it was
+/// Threads: one owner of both submaps and the pools. Allocates lists of the blocks concerned.
+[[nodiscard]] std::optional<std::size_t> share_places(Submap& a, Submap& b, const Pose& T_a_b,
+                                                      const VoxelConfig& config, VoxelPools& pools);
+
+}  // namespace cloister

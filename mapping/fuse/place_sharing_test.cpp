@@ -1,0 +1,148 @@
+#include "mapping/fuse/place_sharing.hpp"
+
+#include <doctest/doctest.h>
+
+namespace cloister {
+namespace {
+
+constexpr float kBlockM = 0.52f;
+
+/// Two submaps whose sensors stood `2 * half_gap` blocks apart along x, each side of M's origin.
+struct TwoSubmaps {
+  explicit TwoSubmaps(std::size_t num_blocks = 2000) : store(num_blocks, 64), pools(store) {
+    pools.take_all();
+    a.path.add({-10 * kBlockM, 0, 0});
+    b.path.add({10 * kBlockM, 0, 0});
+  }
+  /// A block with a surface through its middle, whatever side of it is free.
+  void add_wall(Submap& submap, const BlockCoord& coord) {
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = submap.volume.make_place(pools, coord, &chunk);
+    Block* block = submap.volume.make_block(pools, *chunk, *place);
+    for (int i = 0; i < kBlockVoxels; ++i)
+      block->voxels[i] = (i & 7) < 4 ? LogOdds{30} : LogOdds{-30};
+  }
+  void add_free(Submap& submap, const BlockCoord& coord) {
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = submap.volume.make_place(pools, coord, &chunk);
+    submap.volume.set_coarse(pools, *chunk, *place, -20, kAllOctants);
+  }
+  [[nodiscard]] LogOdds at(const Submap& submap, const BlockCoord& coord) const {
+    return submap.volume.at(store, coord * kBlockEdge);
+  }
+  [[nodiscard]] std::optional<std::size_t> share(const Pose& T_a_b = Pose::Identity()) {
+    return share_places(a, b, T_a_b, config, pools);
+  }
+  VoxelConfig config;
+  VoxelStore store;
+  VoxelPools pools;
+  Submap a, b;
+};
+
+TEST_CASE(
+    "a place that two submaps know goes to the one whose sensor came nearer, whose word stands") {
+  TwoSubmaps s;
+  for (int x = -10; x < 10; ++x) {
+    s.add_wall(s.a, {x, 2, 0});
+    s.add_wall(s.b, {x, 2, 0});
+    s.add_free(s.a, {x, 1, 0});
+    s.add_free(s.b, {x, 1, 0});
+  }
+  CHECK(s.share() == 40);
+  for (int x = -10; x < 10; ++x) {
+    CAPTURE(x);
+    const Submap& keeper = x < 0 ? s.a : s.b;
+    const Submap& giver = x < 0 ? s.b : s.a;
+    CHECK(s.at(keeper, {x, 2, 0}) == 30);
+    CHECK(s.at(keeper, {x, 1, 0}) == -20);
+    CHECK(s.at(giver, {x, 2, 0}) == kUnknownLogOdds);
+    CHECK(s.at(giver, {x, 1, 0}) == kUnknownLogOdds);
+  }
+  CHECK(s.a.volume.num_blocks() == 10);
+  CHECK(s.b.volume.num_blocks() == 10);
+  CHECK(s.pools.blocks.num_free() == s.store.num_blocks() - 20);
+  CHECK(s.share() == 0);
+}
+
+TEST_CASE("what is given fills in what the nearer submap has not seen") {
+  TwoSubmaps s;
+  s.add_wall(s.a, {5, 0, 0});
+  s.add_wall(s.b, {5, 0, 0});
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = s.b.volume.make_place(s.pools, {5, 0, 0}, &chunk);
+  Block* block = s.b.volume.make_block(s.pools, *chunk, *place);
+  for (int i = 0; i < kBlockVoxels / 4; ++i) block->voxels[i] = kUnknownLogOdds;
+  block->voxels[kBlockVoxels - 1] = 5;
+  CHECK(s.share() == 1);
+  CHECK(s.at(s.b, {5, 0, 0}) == 30);
+  CHECK(s.b.volume.at(s.store, VoxelCoord(47, 7, 7)) == 5);
+  CHECK(s.a.volume.num_blocks() == 0);
+}
+
+TEST_CASE("what only one submap knows, or the other only touches, stays where it is") {
+  TwoSubmaps s;
+  s.add_wall(s.a, {5, 0, 0});
+  s.add_wall(s.a, {6, 0, 0});
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = s.b.volume.make_place(s.pools, {6, 0, 0}, &chunk);
+  s.b.volume.make_block(s.pools, *chunk, *place)->voxels[0] = 10;
+  CHECK(s.share() == 0);
+  CHECK(s.at(s.a, {5, 0, 0}) == 30);
+  CHECK(s.at(s.a, {6, 0, 0}) == 30);
+}
+
+TEST_CASE("chunks in which nothing is known any more go back to the pool") {
+  TwoSubmaps s;
+  for (int x = 8; x < 16; ++x) {
+    s.add_wall(s.a, {x, 0, 0});
+    s.add_wall(s.b, {x, 0, 0});
+  }
+  REQUIRE(s.a.volume.num_chunks() == 1);
+  CHECK(s.share() == 8);
+  CHECK(s.a.volume.num_chunks() == 0);
+  CHECK(s.a.volume.num_blocks() == 0);
+  CHECK(s.pools.chunks.num_free() == s.store.num_chunks() - 1);
+}
+
+TEST_CASE(
+    "between rotated grids a shared wall is known to one submap only, and none of it is lost") {
+  TwoSubmaps s;
+  const Pose T_a_b(Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitZ()));
+  for (int x = -10; x < 10; ++x) {
+    for (int y = -1; y < 2; ++y) {
+      s.add_wall(s.a, {x, y, 0});
+      s.add_wall(s.b, {x, y, 0});
+    }
+  }
+  const auto moved = s.share(T_a_b);
+  REQUIRE(moved.has_value());
+  CHECK(*moved >= 50);
+  int num_lost = 0;
+  for (int x = -9 * kBlockEdge; x < 9 * kBlockEdge; ++x) {
+    const Eigen::Vector3d p_a = (Eigen::Vector3d(x, 4, 4).array() + 0.5) * s.config.voxel_size_m;
+    const Eigen::Vector3d p_b = T_a_b.inverse() * p_a / s.config.voxel_size_m;
+    const bool in_a = s.a.volume.at(s.store, {x, 4, 4}) != kUnknownLogOdds;
+    const bool in_b =
+        s.b.volume.at(s.store, p_b.array().floor().matrix().cast<int>()) != kUnknownLogOdds;
+    num_lost += !in_a && !in_b;
+  }
+  CHECK(num_lost == 0);
+}
+
+TEST_CASE("when the pools are too small for the giving, both submaps stay as they were") {
+  TwoSubmaps s(30);
+  const Pose T_a_b(Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitZ()));
+  for (int x = 1; x < 16; ++x) {
+    s.add_wall(s.a, {x, 2, 0});
+    s.add_wall(s.b, {x, 2, 0});
+  }
+  REQUIRE(s.pools.blocks.num_free() == 0);
+  CHECK_FALSE(s.share(T_a_b).has_value());
+  for (int x = 1; x < 16; ++x) {
+    CHECK(s.at(s.a, {x, 2, 0}) == 30);
+    CHECK(s.at(s.b, {x, 2, 0}) == 30);
+  }
+}
+
+}  // namespace
+}  // namespace cloister
