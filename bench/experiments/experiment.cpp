@@ -21,6 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kDoublingSamples = 200'000;
+// Nodes between loop closures, so 30 m. A closure every few metres joins all submaps of a baseline, which fuses whatever
+// a closure joins, into a single rigid one: nothing is left to compare with.
+constexpr const char* kClosureSpacing = "15";
 
 struct Folders {
   fs::path home, mission, ours, baseline;
@@ -38,7 +41,8 @@ Result<void> run_programs(const ExperimentOptions& options, const Folders& folde
   const auto program = [&](const char* name) { return (options.programs / name).string(); };
   std::vector<std::string> simulate = {
       program("cloister-simulate"), experiment.world, "--out",
-      folders.mission.string(),     "--seed",         std::to_string(experiment.seed)};
+      folders.mission.string(),     "--seed",         std::to_string(experiment.seed),
+      "--closure-spacing",          kClosureSpacing};
   if (options.minutes > 0.0) {
     simulate.emplace_back("--minutes");
     append_number(options.minutes, &simulate.emplace_back());

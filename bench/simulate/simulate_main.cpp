@@ -77,6 +77,10 @@ void declare(CommandLine* line, CLI::App* app) {
                   "graph nodes per pose-graph snapshot")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  app->add_option("--closure-spacing", line->mission.slam.min_closure_spacing,
+                  "graph nodes (of 2 m) between two loop closures, at least")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
   app->add_option("--wrong-closures", line->mission.slam.wrong_closures,
                   "share of loop closures that are wrong, with information that admits their doubt")
       ->check(CLI::Range(0.0, 0.5));
