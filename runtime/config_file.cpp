@@ -21,6 +21,13 @@ std::optional<std::string> assign(const toml::node& node, Field& field, double l
       return std::nullopt;
     }
     bounds << "true or false";
+  } else if constexpr (std::is_same_v<Field, std::string>) {
+    const auto value = node.value_exact<std::string>();
+    if (value && static_cast<double>(value->size()) >= least && static_cast<double>(value->size()) <= most) {
+      field = *value;
+      return std::nullopt;
+    }
+    bounds << "a text of " << least << " to " << most << " characters, in quotes";
   } else {
     bounds << (std::is_integral_v<Field> ? "a whole number" : "a number") << " between " << least << " and " << most;
     const auto value = node.is_integer() ? std::optional<double>(static_cast<double>(*node.value_exact<std::int64_t>()))
@@ -71,6 +78,17 @@ Result<void> apply(const toml::table& table, ProgramConfig& config, Origin&& ori
   return {};
 }
 
+/// A shell takes quotes away: what stands behind the `=` of a setting that is no TOML is a text as it is.
+toml::table parse_bare_text(const std::string& setting) {
+  const std::size_t equals = setting.find('=');
+  if (equals == std::string::npos || setting.find_first_of("\"'\n", equals) != std::string::npos) return {};
+  try {
+    return toml::parse(setting.substr(0, equals + 1) + '"' + setting.substr(equals + 1) + '"');
+  } catch (const toml::parse_error&) {
+    return {};
+  }
+}
+
 }  // namespace
 
 Result<ProgramConfig> load_config(const std::optional<std::filesystem::path>& file,
@@ -96,6 +114,7 @@ Result<ProgramConfig> load_config(const std::optional<std::filesystem::path>& fi
     try {
       table = toml::parse(setting);
     } catch (const toml::parse_error&) {
+      table = parse_bare_text(setting);
     }
     if (table.empty()) {
       return fail(ErrorKind::kUsage, "--set " + setting + ": must be key=value, as in voxel.voxel_size_m=0.1");
@@ -122,7 +141,14 @@ std::string to_toml(const ProgramConfig& config) {
       text << "\n[" << open_table << "]\n";
     }
     text << full.substr(dot + 1) << " = ";
-    if constexpr (std::is_floating_point_v<std::decay_t<decltype(value)>>) {
+    using Value = std::decay_t<decltype(value)>;
+    if constexpr (std::is_same_v<Value, std::string>) {
+      text << toml::value<std::string>(value) << "  # " << least << " to " << most << " characters\n";
+      return;
+    } else if constexpr (std::is_same_v<Value, bool>) {
+      text << (value ? "true" : "false") << "\n";
+      return;
+    } else if constexpr (std::is_floating_point_v<Value>) {
       char digits[32];
       const auto end = std::to_chars(digits, digits + sizeof(digits), value).ptr;
       const std::string written(digits, end);

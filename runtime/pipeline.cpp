@@ -83,6 +83,8 @@ Pipeline::Pipeline(const ProgramConfig& config, const Options& options)
     scan_slots_.back()->reserve(options.max_scan_pixels, options.max_scan_columns, options.max_scan_poses);
     free_slots_.push_back(scan_slots_.back().get());
   }
+  fill_.num_blocks = mapper_.pools().blocks.num_free();
+  fill_.num_chunks = mapper_.pools().chunks.num_free();
   record_.config = config.map;
   record_.budget_bytes = config.map.memory.budget_bytes;
   record_.cloud_bytes = static_cast<std::int64_t>(mapper_.cloud().bytes());
@@ -112,9 +114,9 @@ Scan* Pipeline::try_take_slot() {
   return slot;
 }
 
-void Pipeline::submit(Scan* scan) {
+void Pipeline::submit(Scan* scan, std::chrono::steady_clock::time_point last_packet) {
   // Cannot fail: the queue has a place for every slot and every revision.
-  (void)commands_.try_push({{scan, std::chrono::steady_clock::now()}, nullptr});
+  (void)commands_.try_push({{scan, last_packet}, nullptr});
   ++num_under_way_;
   ++num_commands_;
   integration_bell_.ring();
@@ -179,6 +181,23 @@ void Pipeline::drain() {
   collect();
 }
 
+bool Pipeline::is_idle() const {
+  return num_under_way_ == 0 && integration_->num_done() == num_commands_ &&
+         scheduler_->num_done() == integration_->num_handed_over();
+}
+
+std::vector<const Submap*> Pipeline::present_submaps() const {
+  std::vector<const Submap*> present = map_.submaps();
+  if (mapper_.active() != nullptr) present.push_back(mapper_.active());
+  return present;
+}
+
+Pipeline::Fill Pipeline::fill() const {
+  Fill fill = fill_;
+  fill.commands_waiting = commands_.depth();
+  return fill;
+}
+
 void Pipeline::drop(const Scan& scan, const char* cause) {
   ++record_.scans_dropped;
   ++record_.drops[cause];
@@ -187,6 +206,8 @@ void Pipeline::drop(const Scan& scan, const char* cause) {
 
 void Pipeline::note(const ScanReport& report) {
   warmer_.keep_ahead(report.blocks_used, report.chunks_used);
+  fill_.blocks_used = report.blocks_used;
+  fill_.chunks_used = report.chunks_used;
   const ScanOutcome& outcome = report.outcome;
   submap_finished_ |= outcome.finished != nullptr;
   record_.cpu_spawn_check_s += 1e-9 * static_cast<double>(report.spawn_check_cpu_ns);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -45,7 +46,8 @@ class Pipeline {
   /// Gives back a slot that is not submitted after all.
   void return_slot(Scan* scan) { free_slots_.push_back(scan); }
   /// Queues a filled slot.
-  void submit(Scan* scan);
+  /// @param last_packet  when its last packet arrived: latency counts from there
+  void submit(Scan* scan, std::chrono::steady_clock::time_point last_packet = std::chrono::steady_clock::now());
   /// Notes a scan that was read but could not be submitted.
   void drop(const Scan& scan, const char* cause);
   /// Queues a graph revision; waits only when `graph_queue` revisions are under way.
@@ -61,6 +63,19 @@ class Pipeline {
 
   /// True when the scans collected since the last call closed a submap: lockstep then drains.
   [[nodiscard]] bool take_submap_finished() { return std::exchange(submap_finished_, false); }
+
+  /// Nothing is under way: drain() will return at once.
+  [[nodiscard]] bool is_idle() const;
+  /// All submaps, the active one last. Valid after drain() until something is submitted.
+  [[nodiscard]] std::vector<const Submap*> present_submaps() const;
+  [[nodiscard]] const Submap* active_submap() const { return mapper_.active(); }
+  /// How full things are; of the pools, the integration thread's share as of the last scan collected.
+  struct Fill {
+    std::size_t blocks_used = 0, num_blocks = 0;
+    std::size_t chunks_used = 0, num_chunks = 0;
+    std::size_t commands_waiting = 0;
+  };
+  [[nodiscard]] Fill fill() const;
 
   // The outcome. After finish().
   [[nodiscard]] std::vector<const Submap*> submaps() const { return map_.submaps(); }
@@ -92,6 +107,7 @@ class Pipeline {
   std::vector<std::unique_ptr<const GraphRevision>> revisions_;
   std::size_t num_under_way_ = 0;
   std::uint64_t num_commands_ = 0;
+  Fill fill_;
   bool submap_finished_ = false;
 
   MissionRecord record_;

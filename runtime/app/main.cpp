@@ -13,7 +13,10 @@
 #include <CLI/CLI.hpp>
 
 #include "runtime/app/map_commands.hpp"
+#include "runtime/app/play_command.hpp"
 #include "runtime/app/replay_command.hpp"
+#include "runtime/app/run_command.hpp"
+#include "runtime/app/topics_command.hpp"
 #include "runtime/app/version.hpp"
 #include "runtime/config_file.hpp"
 
@@ -76,6 +79,51 @@ int run(int argc, char** argv) {
       config->map.baseline |= baseline;
       replay.show_progress = force_progress || isatty(STDERR_FILENO) != 0;
       return run_replay(replay, *config);
+    };
+  });
+
+  RunOptions live;
+  CLI::App* run_command = app.add_subcommand("run", "map a live mission, over DDS or straight from the sensor, until SIGTERM");
+  run_command->add_option("--out", live.out, "directory for the outputs")->required()->type_name("OUT");
+  source.add_to(*run_command);
+  run_command->add_flag("--progress", force_progress, "show progress even when stderr is not a terminal");
+  run_command->callback([&] {
+    action = [&]() -> Result<void> {
+      const auto config = load_config(source.file, source.settings);
+      if (!config) return tl::unexpected(config.error());
+      live.show_progress = force_progress || isatty(STDERR_FILENO) != 0;
+      return run_live(live, *config);
+    };
+  });
+
+  PlayOptions play;
+  CLI::App* play_command = app.add_subcommand("play", "publish a recorded mission as the robot would");
+  play_command->add_option("mission", play.mission, "mission directory")->required()->type_name("MISSION");
+  play_command->add_option("--rate", play.rate, "times the mission's own pace")->type_name("R")->check(CLI::Range(0.01, 100.0));
+  play_command->add_option("--start", play.start_s, "where to begin, seconds into the mission")
+      ->type_name("S")
+      ->check(CLI::Range(0.0, 1e6));
+  play_command->add_flag("--udp", play.raw_packets, "send the sensor's packets in place of scans over DDS");
+  play_command->add_option("--host", play.host, "where to send packets")->type_name("HOST");
+  play_command->add_option("--port", play.port, "which port to send packets to")->type_name("PORT")->check(CLI::Range(1, 65535));
+  source.add_to(*play_command);
+  play_command->callback([&] {
+    action = [&]() -> Result<void> {
+      const auto config = load_config(source.file, source.settings);
+      if (!config) return tl::unexpected(config.error());
+      return run_play(play, *config);
+    };
+  });
+
+  double watch_s = 3.0;
+  CLI::App* topics_command = app.add_subcommand("topics", "print rates and sizes of what is on the wire");
+  topics_command->add_option("--seconds", watch_s, "how long to watch")->type_name("S")->check(CLI::Range(0.1, 3600.0));
+  source.add_to(*topics_command);
+  topics_command->callback([&] {
+    action = [&]() -> Result<void> {
+      const auto config = load_config(source.file, source.settings);
+      if (!config) return tl::unexpected(config.error());
+      return run_topics(watch_s, *config);
     };
   });
 

@@ -8,11 +8,9 @@
 #include <optional>
 #include <thread>
 
-#include "firmware_interface/map/map_file.hpp"
 #include "firmware_interface/map/map_hash.hpp"
-#include "firmware_interface/map/map_mesh.hpp"
 #include "firmware_interface/mission/mission_reader.hpp"
-#include "firmware_interface/output/mission_output.hpp"
+#include "runtime/app/outputs.hpp"
 #include "runtime/app/progress.hpp"
 #include "runtime/cpu_clock.hpp"
 #include "runtime/pipeline.hpp"
@@ -74,19 +72,6 @@ Result<void> feed(MissionReader& reader, Pipeline& pipeline, const ReplayOptions
     progress.show(pipeline.record(), reader.num_scans_expected());
   }
   return {};
-}
-
-Result<void> write_outputs(const Pipeline& pipeline, const std::filesystem::path& out) {
-  const MissionRecord& record = pipeline.record();
-  std::error_code error;
-  std::filesystem::create_directories(out, error);
-  if (error) return fail(ErrorKind::kResource, out.string() + ": cannot make the directory: " + error.message());
-  const auto submaps = pipeline.submaps();
-  const VoxelConfig& voxel = record.config.voxel;
-  const MapView map{{voxel.voxel_size_m, voxel.log_odds_min, voxel.log_odds_max}, &pipeline.store(), submaps};
-  if (auto saved = save_map(out / "map.cloister", map); !saved) return saved;
-  if (auto written = write_meshes(out, map); !written) return written;
-  return write_mission_outputs(record, out);
 }
 
 }  // namespace

@@ -1,0 +1,67 @@
+#include "firmware_interface/dds/dds_link.hpp"
+
+#include <cloister_native.h>
+
+#include <optional>
+#include <utility>
+
+#include <dds/dds.h>
+
+#include "firmware_interface/dds/roudi_probe.hpp"
+
+namespace cloister {
+namespace {
+
+// A healthy daemon answers in 10 ms, a machine under load may take its time: within two seconds the choice is made.
+constexpr std::chrono::milliseconds kProbeTimeout{1500};
+
+}  // namespace
+
+Result<DdsLink> DdsLink::open(const DdsOptions& options) {
+  RouDiState daemon;
+  daemon.reason = "it is switched off";
+  if (options.shared_memory != SharedMemoryUse::kOff) {
+    daemon = probe_roudi(sizeof(cloister_wire_OrganisedScan), kProbeTimeout);
+    if (!daemon.is_usable && options.shared_memory == SharedMemoryUse::kOn) {
+      return fail(ErrorKind::kResource, "shared memory cannot be used: " + daemon.reason +
+                                            "; start it, or set dds.shared_memory to \"auto\"");
+    }
+  }
+  const std::string xml =
+      cyclone_xml(options, daemon.is_usable ? std::optional(daemon.locator) : std::nullopt);
+  const auto domain_id = static_cast<dds_domainid_t>(options.domain);
+  const auto failed = [&](dds_return_t error) {
+    return fail(ErrorKind::kResource, "DDS domain " + std::to_string(options.domain) +
+                                          " cannot be joined over \"" + options.interface +
+                                          "\": " + dds_strretcode(-error) +
+                                          "; check dds.interface and whether the ports from " +
+                                          std::to_string(options.first_port) + " on are free");
+  };
+  DdsLink link;
+  link.domain_ = dds_create_domain(domain_id, xml.c_str());
+  if (link.domain_ < 0) return failed(std::exchange(link.domain_, 0));
+  link.participant_ = dds_create_participant(domain_id, nullptr, nullptr);
+  if (link.participant_ < 0) return failed(std::exchange(link.participant_, 0));
+  link.uses_shared_memory_ = daemon.is_usable;
+  link.transport_ = daemon.is_usable
+                        ? "scans through shared memory where both sides have it, all else over UDP"
+                        : "everything over UDP, no shared memory: " + daemon.reason;
+  return link;
+}
+
+DdsLink::DdsLink(DdsLink&& other) noexcept { *this = std::move(other); }
+
+DdsLink& DdsLink::operator=(DdsLink&& other) noexcept {
+  std::swap(domain_, other.domain_);
+  std::swap(participant_, other.participant_);
+  std::swap(uses_shared_memory_, other.uses_shared_memory_);
+  std::swap(transport_, other.transport_);
+  return *this;
+}
+
+DdsLink::~DdsLink() {
+  if (participant_ > 0) dds_delete(participant_);
+  if (domain_ > 0) dds_delete(domain_);
+}
+
+}  // namespace cloister

@@ -1,0 +1,156 @@
+#include "runtime/app/live_mission.hpp"
+
+#include <poll.h>
+
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "firmware_interface/ouster/ouster_geometry.hpp"
+#include "runtime/app/outputs.hpp"
+#include "runtime/cpu_clock.hpp"
+
+namespace cloister {
+namespace {
+
+// Between two looks at what arrives on another way than the one that is waited for.
+constexpr std::chrono::milliseconds kPacketWait{5};
+constexpr std::chrono::milliseconds kTopicWait{20};
+
+}  // namespace
+
+LiveMission::LiveMission(Parts parts, const ProgramConfig& config)
+    : parts_(std::move(parts)),
+      geometry_(make_geometry(parts_.metadata)),
+      feed_(config.map, parts_.T_pose_sensor, geometry_.direction_L.size(),
+            static_cast<std::size_t>(geometry_.num_columns)) {
+  if (parts_.socket) assembler_.emplace(parts_.metadata);
+  Pipeline::Options capacity;
+  capacity.max_scan_pixels = geometry_.direction_L.size();
+  capacity.max_scan_columns = static_cast<std::size_t>(geometry_.num_columns);
+  capacity.max_scan_poses = ScanPlacer::kMaxPoses;
+  ProgramConfig sized = config;
+  sized.map.scan.max_points = static_cast<int>(capacity.max_scan_pixels);
+  next_.reserve(capacity.max_scan_pixels, capacity.max_scan_columns, capacity.max_scan_poses);
+  pipeline_.emplace(sized, capacity);
+  status_.emplace(*parts_.topics, *pipeline_, parts_.link->uses_shared_memory());
+}
+
+void LiveMission::step() {
+  wait();
+  const Clock::time_point now = Clock::now();
+  const StopWatch decode_watch;
+  take_in(now);
+  pipeline_->record().cpu_decode_s += 1e-9 * static_cast<double>(decode_watch.cpu_ns());
+  pipeline_->collect();
+  feed_pipeline(now);
+  answer_requests();
+  status_->publish_if_due(now, feed_, counts(true));
+}
+
+void LiveMission::wait() {
+  if (!parts_.socket) {
+    parts_.topics->wait(kTopicWait);
+    return;
+  }
+  pollfd waited{parts_.socket->file_descriptor(), POLLIN, 0};
+  (void)poll(&waited, 1, static_cast<int>(kPacketWait.count()));
+}
+
+void LiveMission::take_in(Clock::time_point now) {
+  // Odometry before graphs: what a graph's nodes need was sent before it.
+  for (OdometrySample sample; parts_.topics->take(sample);) feed_.push(sample);
+  for (GraphUpdate update; parts_.topics->take(update);) feed_.push(update, now);
+  // Told again by a publisher that began anew: what a sensor is does not change within a mission.
+  for (SensorDescription known; parts_.topics->take(known);) {
+  }
+  if (parts_.socket) {
+    take_packets(now);
+    return;
+  }
+  while (parts_.topics->take(feed_.scan_to_fill(), geometry_.num_beams, geometry_.num_columns)) {
+    feed_.scan_to_fill().geometry = &geometry_;
+    feed_.push_scan(now);
+  }
+}
+
+void LiveMission::take_packets(Clock::time_point now) {
+  for (UdpDatagram datagram; parts_.socket->next(datagram);) {
+    // Whichever port it was sent to, this is the sensor's lidar port here.
+    datagram.destination_port = parts_.metadata.lidar_port;
+    if (assembler_->push(datagram)) take_assembled(now);
+  }
+}
+
+void LiveMission::take_assembled(Clock::time_point now) {
+  while (assembler_->take(feed_.scan_to_fill())) {
+    feed_.scan_to_fill().geometry = &geometry_;
+    feed_.push_scan(now);
+  }
+}
+
+void LiveMission::feed_pipeline(Clock::time_point now) {
+  while (true) {
+    const LiveFeed::Item item = feed_.next(now, next_);
+    if (item == LiveFeed::Item::kNone) return;
+    if (item == LiveFeed::Item::kGraph) {
+      pipeline_->submit(feed_.take_graph());
+    } else if (Scan* slot = pipeline_->try_take_slot()) {
+      std::swap(*slot, next_);
+      pipeline_->submit(slot, feed_.scan_arrived());
+    } else {
+      pipeline_->drop(next_, "scan_late");
+    }
+  }
+}
+
+void LiveMission::answer_requests() {
+  for (SaveMapRequest request; parts_.topics->take(request);) {
+    SaveMapReply reply;
+    reply.id = request.id;
+    if (const auto saved = save_present_map(*pipeline_, parts_.out)) {
+      std::error_code error;
+      const auto path = std::filesystem::absolute(parts_.out / "map.cloister", error);
+      reply.is_saved = true;
+      reply.path = path.string();
+      reply.bytes = std::filesystem::file_size(path, error);
+    } else {
+      reply.message = saved.error().message;
+    }
+    parts_.topics->publish(reply);
+  }
+}
+
+void LiveMission::finish() {
+  if (assembler_ && assembler_->flush()) take_assembled(Clock::now());
+  // What waits for its pose has waited long enough.
+  feed_pipeline(Clock::time_point::max());
+  pipeline_->finish();
+  MissionRecord& record = pipeline_->record();
+  record.mission = "live";
+  record.scans_read = feed_.num_scans_read();
+  record.scans_dropped += feed_.num_scans_dropped();
+  record.counters["returns_read"] = feed_.num_returns_read();
+  for (const auto& [name, count] : counts(false)) record.counters[name] += count;
+  for (const auto& [name, count] : counts(true)) record.drops[name] += count;
+}
+
+std::map<std::string, std::int64_t> LiveMission::counts(bool only_drops) const {
+  std::map<std::string, std::int64_t> counts;
+  const auto add = [&]<typename Cause>(const Counters<Cause>& counters) {
+    constexpr auto kNames = counter_names(Cause{});
+    for (std::size_t i = 0; i < kNames.size(); ++i) {
+      const std::uint64_t count = counters[static_cast<Cause>(i)];
+      if (count > 0 && kNames[i].is_drop == only_drops)
+        counts[std::string(kNames[i].name)] += static_cast<std::int64_t>(count);
+    }
+  };
+  add(feed_.counters());
+  add(feed_.graph_counters());
+  add(parts_.topics->counters());
+  if (parts_.socket) add(parts_.socket->counters());
+  if (assembler_) add(assembler_->counters());
+  return counts;
+}
+
+}  // namespace cloister
