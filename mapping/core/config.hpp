@@ -37,7 +37,7 @@ struct FusionConfig {
   double shared_path_m = 0.5;    ///< how near, at least
   double shared_path_reach = 0.35;  ///< how near, as a share of the smaller of both submaps' reach
   double max_sigma_m = 0.2;           ///< largest translational standard deviation between two roots
-  double max_sigma_unlooped_m = 0.065;  ///< the same for pairs that no loop closure's range covers
+  double max_sigma_unlooped_m = 0.2;  ///< the same for pairs that no loop closure's range covers
   double min_active_travel_m = 5.0;   ///< the active submap is closed at a loop closure once the sensor moved this far
   bool fuse_without_covariance = false;  ///< what to do while the graph has no edges, so that it tells no uncertainty
   double default_information = 0.0;   ///< stands in for missing information matrices (1/m^2, 1/rad^2); 0 = refuse them
