@@ -18,6 +18,7 @@
 #include "firmware_interface/dds/native_topics.hpp"
 #include "firmware_interface/ouster/sensor_metadata.hpp"
 #include "test/support/private_host.hpp"
+#include "test/support/json.hpp"
 #include "test/support/program.hpp"
 
 namespace cloister {
@@ -27,8 +28,6 @@ using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kMs = 1'000'000;
-
-nlohmann::json read_json(const fs::path& path) { return nlohmann::json::parse(read_text(path)); }
 
 /// A private host with a folder for outputs, and the ways to start what a robot runs.
 struct Host {

@@ -6,12 +6,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "test/support/json.hpp"
 #include "test/support/program.hpp"
+#include "test/system/house_truth.hpp"
 
 namespace cloister {
 namespace {
-
-nlohmann::json read_json(const std::filesystem::path& path) { return nlohmann::json::parse(read_text(path)); }
 
 ProgramResult replay(const std::string& mission, const std::filesystem::path& out, const std::string& options = "") {
   return run_program(CLOISTER_PROGRAM, "replay " + mission + " --out " + out.string() + " " + options);
@@ -37,14 +37,7 @@ TEST_CASE("a replay of the house leaves every output, true to the world it was s
   CHECK(summary["submaps"]["final"].get<int>() >= 2);
   CHECK(summary["memory"]["map_bytes_final"].get<double>() > 1e5);
 
-  const auto truth_json = (folder.path() / "truth.json").string();
-  const ProgramResult truth =
-      run_program(CLOISTER_GROUND_TRUTH_PROGRAM, std::string(CLOISTER_HOUSE_MISSION) + " " + out.string() + " --cloister " +
-                                             CLOISTER_PROGRAM + " --points 20000 --samples 20000 --json " + truth_json);
-  REQUIRE(truth.exit_status == 0);
-  const auto figures = read_json(truth_json);
-  CHECK(figures["states"]["known_free_right"].get<double>() >= 0.99);
-  CHECK(figures["mesh"]["within_10cm"].get<double>() >= 0.95);
+  check_truth_of_house(out);
 }
 
 TEST_CASE("the map does not depend on the vectors that the processor has") {

@@ -12,12 +12,12 @@
 #include "firmware_interface/ros2/bag_for_tests.hpp"
 #include "firmware_interface/ros2/driver_messages.hpp"
 #include "firmware_interface/ros2/rosbag_mission.hpp"
+#include "test/support/json.hpp"
 #include "test/support/program.hpp"
+#include "test/system/house_truth.hpp"
 
 namespace cloister {
 namespace {
-
-nlohmann::json read_json(const std::filesystem::path& path) { return nlohmann::json::parse(read_text(path)); }
 
 /// The house as a robot with ROS 2 would have recorded it, every fourth scan. Returns the number of scans.
 int record_house(const std::filesystem::path& path) {
@@ -74,14 +74,7 @@ TEST_CASE("the house recorded by ROS 2 replays as images, true to the world it w
   CHECK(summary["drops"].empty());
   CHECK(summary["fusions"]["accepted"] == 0);
 
-  const auto truth_json = (folder.path() / "truth.json").string();
-  const ProgramResult truth =
-      run_program(CLOISTER_GROUND_TRUTH_PROGRAM, std::string(CLOISTER_HOUSE_MISSION) + " " + out.string() + " --cloister " +
-                                             CLOISTER_PROGRAM + " --points 20000 --samples 20000 --json " + truth_json);
-  REQUIRE(truth.exit_status == 0);
-  const auto figures = read_json(truth_json);
-  CHECK(figures["states"]["known_free_right"].get<double>() >= 0.99);
-  CHECK(figures["mesh"]["within_10cm"].get<double>() >= 0.95);
+  check_truth_of_house(out);
 }
 
 }  // namespace
