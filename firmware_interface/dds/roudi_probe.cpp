@@ -35,14 +35,17 @@ bool is_locked() {
   return !is_free;
 }
 
-/// A new instance of the daemon makes a new segment: its inode and birth name the instance.
+/// A new instance of the daemon makes a new segment: its inode and birth name the instance. Its other times do not: they
+/// change with every page of it that a process is the first to write.
 std::string instance_locator() {
-  struct stat status {};
-  if (stat(kManagementSegment, &status) != 0) return {};
-  const auto inode = static_cast<std::uint64_t>(status.st_ino);
-  const auto born =
-      static_cast<std::uint64_t>(status.st_ctim.tv_sec * 1'000'000'000LL + status.st_ctim.tv_nsec) /
-      1'000;
+  struct statx status {};
+  if (statx(AT_FDCWD, kManagementSegment, 0, STATX_INO | STATX_BTIME, &status) != 0) return {};
+  const auto inode = static_cast<std::uint64_t>(status.stx_ino);
+  // Before Linux 5.17 there is no birth time in /dev/shm: inodes are not used twice there either.
+  const auto born = (status.stx_mask & STATX_BTIME) == 0
+                        ? 0
+                        : static_cast<std::uint64_t>(status.stx_btime.tv_sec) * 1'000'000 +
+                              status.stx_btime.tv_nsec / 1'000;
   // Cyclone wants 16 bytes.
   std::string text = "[";
   for (const std::uint64_t word : {inode, born}) {

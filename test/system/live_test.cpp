@@ -1,4 +1,6 @@
 // Live missions under fault. Every case has a network of its own and really kills, stops or floods something.
+#include <fcntl.h>
+
 #include <chrono>
 #include <csignal>
 #include <cstdint>
@@ -16,9 +18,10 @@
 #include <sys/stat.h>
 
 #include "firmware_interface/dds/native_topics.hpp"
+#include "firmware_interface/dds/roudi_probe.hpp"
 #include "firmware_interface/ouster/sensor_metadata.hpp"
-#include "test/support/private_host.hpp"
 #include "test/support/json.hpp"
+#include "test/support/private_host.hpp"
 #include "test/support/program.hpp"
 
 namespace cloister {
@@ -225,6 +228,22 @@ TEST_CASE(
   CHECK(summary["counters"]["scans_read_over_udp"].get<int>() > 40);
   CHECK(summary["scans"]["integrated"].get<int>() > 60);
   CHECK(host.map_loads());
+}
+
+TEST_CASE("an instance of RouDi has one locator, whatever is written to its memory") {
+  Host host;
+  if (!host.is_there()) return;
+  const auto locator = [] { return probe_roudi(1000, 10s).locator; };
+  Background first = host.roudi();
+  const std::string of_first = locator();
+  CHECK(of_first != "");
+  // Sets the segment's times, as the first write to a page does.
+  REQUIRE(utimensat(AT_FDCWD, "/dev/shm/iceoryx_mgmt", nullptr, 0) == 0);
+  CHECK(locator() == of_first);
+  first.end(SIGKILL);
+  Background second = host.roudi();
+  CHECK(locator() != "");
+  CHECK(locator() != of_first);
 }
 
 TEST_CASE("RouDi demanded but absent: the error says so, and nothing hangs") {
