@@ -3,165 +3,21 @@
 
 #include <chrono>
 #include <csignal>
-#include <cstdint>
 #include <filesystem>
-#include <fstream>
-#include <map>
-#include <memory>
-#include <optional>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include <doctest/doctest.h>
-#include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
-#include "firmware_interface/dds/native_topics.hpp"
 #include "firmware_interface/dds/roudi_probe.hpp"
-#include "firmware_interface/ouster/sensor_metadata.hpp"
-#include "test/support/json.hpp"
-#include "test/support/private_host.hpp"
-#include "test/support/program.hpp"
+#include "test/support/live_host.hpp"
 
 namespace cloister {
 namespace {
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
-
-constexpr std::int64_t kMs = 1'000'000;
-
-/// A private host with a folder for outputs, and the ways to start what a robot runs.
-struct Host {
-  PrivateHost host{{fs::path(CLOISTER_PROGRAM).parent_path(), fs::path(CLOISTER_HOUSE_MISSION),
-                    fs::path(CLOISTER_ROUDI_CONFIG).parent_path()}};
-  TemporaryFolder folder;
-
-  [[nodiscard]] bool is_there() const {
-    if (host.why_not().empty()) return true;
-    MESSAGE("skipped, since a network of its own is not permitted here: " << host.why_not());
-    return false;
-  }
-  [[nodiscard]] fs::path out() const { return folder.path() / "out"; }
-  [[nodiscard]] fs::path log(const std::string& name) const {
-    return folder.path() / (name + ".log");
-  }
-
-  [[nodiscard]] Background run(const std::vector<std::string>& settings = {}) const {
-    std::vector<std::string> arguments = {CLOISTER_PROGRAM, "run", "--out", out().string()};
-    for (const std::string& setting : settings)
-      arguments.insert(arguments.end(), {"--set", setting});
-    return Background(arguments, log("run"));
-  }
-  [[nodiscard]] Background play(const std::vector<std::string>& options = {}) const {
-    std::vector<std::string> arguments = {CLOISTER_PROGRAM, "play", CLOISTER_HOUSE_MISSION};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    return Background(arguments, log("play"));
-  }
-  /// Returns once shared memory can be used.
-  [[nodiscard]] Background roudi() const {
-    const fs::path log_path = log("roudi");
-    fs::remove(log_path);
-    Background daemon({"iox-roudi", "-m", "off", "-c", CLOISTER_ROUDI_CONFIG}, log_path);
-    for (int i = 0; i < 2000 && read_text(log_path).find("ready for clients") == std::string::npos;
-         ++i) {
-      std::this_thread::sleep_for(10ms);
-    }
-    return daemon;
-  }
-  [[nodiscard]] nlohmann::json summary() const { return read_json(out() / "summary.json"); }
-  [[nodiscard]] bool map_loads() const {
-    std::ofstream(folder.path() / "points.csv") << "0,0,0\n";
-    const auto queried =
-        run_program(CLOISTER_PROGRAM, "query " + (out() / "map.cloister").string() + " " +
-                                          (folder.path() / "points.csv").string());
-    return queried.exit_status == 0;
-  }
-};
-
-std::uint64_t loopback_bytes() {
-  std::ifstream file("/proc/self/net/dev");
-  for (std::string line; std::getline(file, line);) {
-    const auto at = line.find("lo:");
-    if (at != std::string::npos) return std::stoull(line.substr(at + 3));
-  }
-  return 0;
-}
-
-/// A robot under the test's own control, with the house's sensor, that stands still in a round room.
-class Robot {
- public:
-  Robot() {
-    auto metadata = load_metadata(fs::path(CLOISTER_HOUSE_MISSION) / "metadata.json");
-    REQUIRE(metadata.has_value());
-    metadata_ = *metadata;
-    DdsOptions options;
-    options.shared_memory = SharedMemoryUse::kOff;
-    auto link = DdsLink::open(options);
-    REQUIRE(link.has_value());
-    link_.emplace(std::move(*link));
-    auto topics = RobotTopics::open(*link_);
-    REQUIRE(topics.has_value());
-    topics_.emplace(std::move(*topics));
-    REQUIRE(topics_->publish(SensorDescription{
-        read_text(fs::path(CLOISTER_HOUSE_MISSION) / "metadata.json"), Pose::Identity()}));
-    REQUIRE(topics_->wait_for_mapper(60s));
-  }
-
-  void scan(std::int64_t stamp_ms) {
-    Scan scan;
-    scan.stamp = scan.last_packet = {stamp_ms * kMs};
-    const auto columns = static_cast<std::size_t>(metadata_.num_columns);
-    scan.ranges_mm.assign(static_cast<std::size_t>(metadata_.num_beams) * columns, 3000);
-    scan.column_stamps.assign(columns, scan.stamp);
-    scan.column_valid.assign(columns, 1);
-    CHECK(topics_->publish(scan, metadata_.num_beams, metadata_.num_columns));
-  }
-  void odometry(std::int64_t from_ms, std::int64_t to_ms, double x_m = 0) {
-    Pose T_O_B = Pose::Identity();
-    T_O_B.translation().x() = x_m;
-    for (std::int64_t ms = from_ms; ms <= to_ms; ms += 10) {
-      CHECK(topics_->publish(OdometrySample{1, {SensorTime{ms * kMs}, T_O_B}}));
-    }
-  }
-  void graph(const GraphUpdate& update) { CHECK(topics_->publish(update)); }
-  RobotTopics& topics() { return *topics_; }
-
-  /// What the mapper says about itself, once it says what is waited for.
-  template <typename Condition>
-  std::map<std::string, double> wait_for(Condition&& condition) {
-    std::map<std::string, double> values;
-    const auto deadline = std::chrono::steady_clock::now() + 60s;
-    while (std::chrono::steady_clock::now() < deadline) {
-      if (Diagnostics diagnostics; topics_->take(diagnostics)) {
-        values = {diagnostics.values.begin(), diagnostics.values.end()};
-        if (condition(values)) return values;
-      }
-      std::this_thread::sleep_for(10ms);
-    }
-    std::string last;
-    for (const auto& [name, value] : values) last += name + " " + std::to_string(value) + ", ";
-    FAIL("the mapper did not get there: " << last);
-    return values;
-  }
-
- private:
-  SensorMetadata metadata_;
-  std::optional<DdsLink> link_;
-  std::optional<RobotTopics> topics_;
-};
-
-GraphUpdate graph(std::uint64_t revision, std::int64_t stamp_ms, const std::vector<NodeId>& ids) {
-  GraphUpdate update{1, revision, 0, {SensorTime{stamp_ms * kMs}, {}, {}}};
-  for (const NodeId id : ids)
-    update.graph.nodes.push_back(
-        {id, SensorTime{stamp_ms * kMs - 10 * kMs + id * kMs}, true, Pose::Identity()});
-  return update;
-}
-
-// Enough room for a machine that is slow for a while: these cases count scans, not milliseconds.
-const std::string kRoom = "runtime.scan_queue=160";
 
 TEST_CASE(
     "RouDi absent: a mission played over UDP becomes the map of its replay, and SIGTERM saves it") {
