@@ -25,11 +25,13 @@ struct VoxelOverlap {
   }
 };
 
-/// Compares every known voxel of `a` with the nearest voxel of `b`; coarse nodes of both are compared as wholes.
+/// Compares known voxels of `a` with the nearest voxels of `b`: all of them in volumes of up to a million known voxels. In
+/// larger ones, one of sixteen voxels and one of each coarse node are compared, which is one in some hundred of all, and
+/// `num_agreeing` is what they make of the whole: the ratios are then right to a few thousandths.
 /// @param T_b_a  pose of a's frame in b's
 /// Threads: both volumes must not change meanwhile. No allocation.
-[[nodiscard]] VoxelOverlap voxel_overlap(const VoxelStore& store, const Volume& a, const Volume& b, const Pose& T_b_a,
-                                         double voxel_size_m);
+[[nodiscard]] VoxelOverlap voxel_overlap(const VoxelStore& store, const Volume& a, const Volume& b,
+                                         const Pose& T_b_a, double voxel_size_m);
 
 /// Voxels of a block's place that are free or occupied.
 [[nodiscard]] std::int64_t count_known(const BlockView& view);
@@ -37,6 +39,7 @@ struct VoxelOverlap {
 [[nodiscard]] std::int64_t count_known(const VoxelStore& store, const Volume& volume);
 
 /// Smallest box of whole blocks around what the volume knows, metres in S; empty for an empty volume.
-[[nodiscard]] Eigen::AlignedBox3d known_bounds(const VoxelStore& store, const Volume& volume, double voxel_size_m);
+[[nodiscard]] Eigen::AlignedBox3d known_bounds(const VoxelStore& store, const Volume& volume,
+                                               double voxel_size_m);
 
 }  // namespace cloister

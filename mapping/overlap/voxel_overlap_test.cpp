@@ -1,9 +1,9 @@
 #include "mapping/overlap/voxel_overlap.hpp"
 
-#include <doctest/doctest.h>
-
 #include <cmath>
 #include <random>
+
+#include <doctest/doctest.h>
 
 #include "mapping/overlap/block_sampler.hpp"
 
@@ -13,7 +13,7 @@ namespace {
 constexpr double kVoxel = 0.065;
 
 struct TwoVolumes {
-  TwoVolumes() : store(4096, 256), pools(store) { pools.take_all(); }
+  TwoVolumes() : store(16384, 256), pools(store) { pools.take_all(); }
   void set(Volume& volume, const VoxelCoord& voxel, LogOdds value) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = volume.make_place(pools, parent_coord(voxel), &chunk);
@@ -33,7 +33,8 @@ struct TwoVolumes {
       set_block(volume, {block(rng), block(rng), block(rng)}, -20, known);
     }
     for (int i = 0; i < 8000; ++i) {
-      set(volume, {coordinate(rng), coordinate(rng), coordinate(rng)}, static_cast<LogOdds>(value(rng)));
+      set(volume, {coordinate(rng), coordinate(rng), coordinate(rng)},
+          static_cast<LogOdds>(value(rng)));
     }
   }
   VoxelStore store;
@@ -44,15 +45,17 @@ struct TwoVolumes {
 /// The slow, obvious version: every voxel of a cube around the origin by itself.
 VoxelOverlap brute_force(const TwoVolumes& v, const Pose& T_b_a) {
   VoxelOverlap overlap;
-  for (int z = -64; z < 64; ++z) {
-    for (int y = -64; y < 64; ++y) {
-      for (int x = -64; x < 64; ++x) {
+  for (int z = -80; z < 80; ++z) {
+    for (int y = -80; y < 80; ++y) {
+      for (int x = -80; x < 80; ++x) {
         const LogOdds value_a = v.a.at(v.store, {x, y, z});
         overlap.num_known_a += value_a != 0;
         overlap.num_known_b += v.b.at(v.store, {x, y, z}) != 0;
         if (value_a == 0) continue;
-        const Eigen::Vector3d p_b = T_b_a * (Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5) * kVoxel) / kVoxel;
-        const VoxelCoord voxel_b(static_cast<int>(std::floor(p_b.x())), static_cast<int>(std::floor(p_b.y())),
+        const Eigen::Vector3d p_b =
+            T_b_a * (Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5) * kVoxel) / kVoxel;
+        const VoxelCoord voxel_b(static_cast<int>(std::floor(p_b.x())),
+                                 static_cast<int>(std::floor(p_b.y())),
                                  static_cast<int>(std::floor(p_b.z())));
         overlap.num_agreeing += state_of(v.b.at(v.store, voxel_b)) == state_of(value_a);
       }
@@ -74,7 +77,8 @@ TEST_CASE("on grids that agree the overlap equals that of a voxel by voxel count
   TwoVolumes v;
   v.fill(v.a, 1);
   v.fill(v.b, 2);
-  for (const Eigen::Vector3d& shift : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(8, -16, 0), Eigen::Vector3d(3, 1, -5)}) {
+  for (const Eigen::Vector3d& shift :
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(8, -16, 0), Eigen::Vector3d(3, 1, -5)}) {
     Pose T_b_a = Pose::Identity();
     T_b_a.translation() = shift * kVoxel;
     const VoxelOverlap fast = voxel_overlap(v.store, v.a, v.b, T_b_a, kVoxel);
@@ -111,7 +115,8 @@ TEST_CASE("partly known coarse nodes overlap as the same voxels one by one do") 
   }
 }
 
-TEST_CASE("between rotated grids the overlap equals that of a voxel by voxel count, but for rounding") {
+TEST_CASE(
+    "between rotated grids the overlap equals that of a voxel by voxel count, but for rounding") {
   TwoVolumes v;
   v.fill(v.a, 3);
   v.fill(v.b, 4);
@@ -142,6 +147,46 @@ TEST_CASE("far from the submap's origin the overlap is that of the same voxels n
   const VoxelOverlap there = voxel_overlap(far.store, far.a, far.b, T_b_a, kVoxel);
   CHECK(here.num_agreeing > 100);
   CHECK(std::abs(here.num_agreeing - there.num_agreeing) <= 3);
+}
+
+TEST_CASE("of large volumes a sample tells the overlap to a few thousandths") {
+  // A hall with walls along all axes, and the same with another wall at a slant, half of it unknown.
+  TwoVolumes v;
+  const auto fill = [&](Volume& volume, bool is_other) {
+    for (int z = -6; z < 6; ++z) {
+      for (int y = -10; y < 10; ++y) {
+        for (int x = -10; x < 10; ++x) {
+          const BlockCoord block(x, y, z);
+          if (is_other && x > 2 && y > 0) continue;
+          if (z == 2 || (z == 3 && is_other)) {
+            v.set_block(volume, block, -8, x % 3 == 0 ? OctantMask{0x0f} : kAllOctants);
+            continue;
+          }
+          for (int i = 0; i < kBlockVoxels; ++i) {
+            const VoxelCoord voxel = block * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
+            const bool is_wall = voxel.x() % 16 == 5 || voxel.y() % 16 == 0 || voxel.z() % 16 == 3;
+            const bool is_slanted = is_other && (voxel.x() + 2 * voxel.z()) % 24 == 0;
+            if (voxel.z() % 16 == 4 && !is_other) continue;
+            v.set(volume, voxel, is_wall || is_slanted ? LogOdds{40} : LogOdds{-20});
+          }
+        }
+      }
+    }
+  };
+  fill(v.a, false);
+  fill(v.b, true);
+  for (const double angle : {0.0, 0.02, 0.7}) {
+    Pose T_b_a(Eigen::AngleAxisd(angle, Eigen::Vector3d(0.2, -0.3, 0.9).normalized()));
+    T_b_a.translation() = Eigen::Vector3d(0.2, -0.05, 0.01);
+    const VoxelOverlap sampled = voxel_overlap(v.store, v.a, v.b, T_b_a, kVoxel);
+    const VoxelOverlap slow = brute_force(v, T_b_a);
+    CHECK(slow.num_known_a > 1'500'000);
+    CHECK(sampled.num_known_a == slow.num_known_a);
+    CHECK(sampled.num_known_b == slow.num_known_b);
+    CHECK(slow.ratio_a() > 0.3);
+    CHECK(sampled.ratio_a() == doctest::Approx(slow.ratio_a()).epsilon(0.005));
+    CHECK(sampled.ratio_b() == doctest::Approx(slow.ratio_b()).epsilon(0.005));
+  }
 }
 
 TEST_CASE("an empty volume overlaps nothing") {
