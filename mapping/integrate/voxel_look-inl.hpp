@@ -189,7 +189,7 @@ class VoxelLook {
   [[nodiscard]] bool fits() const { return beams_.fits(); }
 
   /// @param offsets  from the middle, voxels @param dz  added to all of them
-  SliceBits at(const Offsets& offsets, float dz, const ColumnWindow& window) const {
+  HWY_INLINE SliceBits at(const Offsets& offsets, float dz, const ColumnWindow& window) const {
     const Voxels16 d;
     using V = hn::Vec<Voxels16>;
     SliceBits bits{0, 0};
