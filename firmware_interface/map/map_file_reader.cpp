@@ -137,7 +137,7 @@ class Reader {
   const std::uint64_t left = reader.bytes_left();
   if (header.num_submaps > left / sizeof(Description) ||
       header.num_chunks > left / sizeof(ChunkRecord) || header.num_blocks > left / sizeof(Block) ||
-      header.num_chunks >= kNoIndex || header.num_blocks >= Volume::kBlockFlag) {
+      header.num_chunks >= kNoIndex || header.num_blocks >= Volume::kRestFlag) {
     return reader.failure_at(48, "the counts of the header exceed the file");
   }
   return header;

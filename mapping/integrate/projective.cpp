@@ -27,6 +27,8 @@ constexpr float kMinLookVoxels = 40;
 // Chunks are asked for free space by every scan, every other, or every third. A fourth turn would leave what has gone
 // for more than a second.
 constexpr int kMaxTurns = 3;
+// Blocks rest where that does not make it more than four.
+constexpr int kMaxRestTurns = 2;
 
 // Of an octant's 64, for it to be free as a whole all the same.
 constexpr int kMaxUnseenVoxels = 16;
@@ -42,8 +44,8 @@ class Carver {
         volume_(job.volume),
         reach_m_(static_cast<float>(job.max_range_m) + job.image.moved_m),
         sparse_m_(projector_.voxel_m * projector_.projection.max_rows_per_rad),
-        evidence_for_{job.evidence, job.evidence, job.evidence} {
-    for (int turns = 1; turns <= kMaxTurns; ++turns) {
+        evidence_for_{job.evidence, job.evidence, job.evidence, job.evidence} {
+    for (int turns = 1; turns <= 2 * kMaxRestTurns; ++turns) {
       evidence_for_[turns - 1].miss =
           static_cast<LogOdds>(std::max(job.evidence.miss * turns, -127));
     }
@@ -143,11 +145,12 @@ class Carver {
   /// @return false when it is another scan's turn to ask it
   bool enter_chunk(const VoxelCoord& corner, const NodePose& from) {
     chunk_coord_ = parent_coord(parent_coord(corner));
-    const int turns = turns_of(corner, from);
+    turns_ = turns_of(corner, from);
     const std::int64_t turn = static_cast<std::int64_t>(scan_number_) + chunk_coord_.x() +
                               chunk_coord_.y() + chunk_coord_.z();
-    if (turn % turns != 0) return false;
-    evidence_ = &evidence_for_[turns - 1];
+    if (turn % turns_ != 0) return false;
+    turn_ = turn / turns_;
+    evidence_ = &evidence_for_[turns_ - 1];
     const PoolIndex index = volume_.find_chunk(pools_.store, chunk_coord_);
     chunk_ = index == kNoIndex ? nullptr : &pools_.store.chunk(index);
     slots_ = marks_.find_chunk(chunk_coord_);
@@ -164,6 +167,18 @@ class Carver {
     const Eigen::Vector3f& sensor_S = from.pose->t_S;
     const float distance_m = std::hypot(x - sensor_S.x(), y - sensor_S.y(), z - sensor_S.z());
     return distance_m > 2 * sparse_m_ ? 3 : distance_m > sparse_m_ ? 2 : 1;
+  }
+
+  /// Resting blocks are looked up by every other scan of those that ask their chunk.
+  bool rests(std::uint32_t place) const { return Volume::rests(place) && turns_ <= kMaxRestTurns; }
+  bool is_turn_of(const VoxelCoord& block_corner) const {
+    const BlockCoord block = parent_coord(block_corner);
+    return ((turn_ + block.x() + block.y() + block.z()) & 1) == 0;
+  }
+
+  /// What a scan says at a place of the entered chunk counts for the scans that it stands for.
+  const Evidence& evidence_at(std::uint32_t place) const {
+    return rests(place) ? evidence_for_[2 * turns_ - 1] : *evidence_;
   }
 
   bool make_chunk() {
@@ -212,6 +227,7 @@ class Carver {
   void visit_block(const BlockVisit& visit) {
     const int index = index_in_block(parent_coord(visit.corner));
     const std::uint32_t place = chunk_ != nullptr ? chunk_->places[index] : 0;
+    if (rests(place) && !is_turn_of(visit.corner)) return;
     ScanMarks::Marked* marked =
         slots_ != nullptr && slots_[index] != 0 ? &marks_.in_slot(slots_[index]) : nullptr;
     if (marked == nullptr && !Volume::has_block(place) && Volume::coarse_value(place) <= 0) {
@@ -229,7 +245,8 @@ class Carver {
       Block& block = pools_.store.block(Volume::block_index(place));
       if (highest_in(block) <= 0) {
         ++result_.blocks_free;
-        add_evidence(*evidence_, kAll, kAll, kNone, block);
+        const int num_changed = add_evidence(evidence_at(place), kAll, kAll, kNone, block);
+        Volume::set_rest(chunk_->places[index], num_changed <= kMaxRestChanges);
         volume_.settle_block(pools_, *chunk_, chunk_->places[index]);
         return;
       }
@@ -331,8 +348,8 @@ class Carver {
       result_.voxels_declined += kBlockVoxels;
       return;
     }
-    result_.voxels_declined += apply_to_place(*evidence_, free, crossed, hit, pools_, volume_,
-                                              *chunk_, chunk_->places[index]);
+    result_.voxels_declined += apply_to_place(evidence_at(place), free, crossed, hit, pools_,
+                                              volume_, *chunk_, chunk_->places[index]);
   }
 
   /// Looks up a block from its own view. @return false when it has too many pixels for that
@@ -398,9 +415,11 @@ class Carver {
   Volume& volume_;
   float reach_m_;   ///< no beam ends further from where the sensor was in the middle of the scan
   float sparse_m_;  ///< from here on rows are more than a voxel apart
-  Evidence evidence_for_[kMaxTurns];  ///< by the number of scans that take turns, less one
+  Evidence evidence_for_[2 * kMaxRestTurns];  ///< by the number of scans that take turns, less one
 
   const Evidence* evidence_ = nullptr;  ///< for the chunk that was entered
+  int turns_ = 1;                       ///< of scans that ask it
+  std::int64_t turn_ = 0;               ///< counts the scans that do
   ChunkCoord chunk_coord_ = ChunkCoord::Zero();
   Chunk* chunk_ = nullptr;
   const ScanMarks::Slot* slots_ = nullptr;

@@ -47,6 +47,8 @@ struct ProjectiveResult {
 ///   - Where rows are more than a voxel apart, chunks of 64 voxels are asked for free space by every other scan, and from
 ///     twice as far on by every third, in turn; what is then seen through counts twice or three times, so that what has
 ///     gone is cleared as soon. Returns count in every scan, and the first scan asks everything.
+///   - A block in which the last scan changed next to nothing rests: every other scan looks into it, and what is seen
+///     through counts twice.
 ///
 /// Every node is projected with the sensor's pose at the column that looks at it; inside blocks and octants the projection
 /// is expanded around their middle. Blocks where the scan's beginning and end meet are looked up with both poses.

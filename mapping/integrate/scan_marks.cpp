@@ -100,27 +100,34 @@ ScanMarks::Marked* ScanMarks::find_or_make(const BlockCoord& block) {
 }
 
 void ScanMarks::mark_returns(const ScanBeams& scan) {
-  // Neighbouring beams end in the same block more often than not.
-  BlockCoord last_block(INT_MAX, INT_MAX, INT_MAX);
   Marked* marked = nullptr;
-  std::array<std::int32_t, kBatch> x, y, z;
+  // The last of the batch before comes first: nothing is that far away at the beginning.
+  std::array<std::int32_t, kBatch + 1> x, y, z;
+  std::array<std::int32_t, kBatch> leaves_block, place;
+  x[0] = y[0] = z[0] = INT_MAX;
   for (std::size_t first = 0; first < scan.num_returns(); first += kBatch) {
     const std::size_t count = std::min(kBatch, scan.num_returns() - first);
-    voxels_along(scan.x_S() + first, count, voxels_per_metre_, x.data());
-    voxels_along(scan.y_S() + first, count, voxels_per_metre_, y.data());
-    voxels_along(scan.z_S() + first, count, voxels_per_metre_, z.data());
+    voxels_along(scan.x_S() + first, count, voxels_per_metre_, x.data() + 1);
+    voxels_along(scan.y_S() + first, count, voxels_per_metre_, y.data() + 1);
+    voxels_along(scan.z_S() + first, count, voxels_per_metre_, z.data() + 1);
     for (std::size_t i = 0; i < count; ++i) {
-      const BlockCoord block(x[i] >> kBlockShift, y[i] >> kBlockShift, z[i] >> kBlockShift);
-      if (block != last_block) {
-        last_block = block;
-        marked = find_or_make(block);
+      leaves_block[i] = ((x[i + 1] ^ x[i]) | (y[i + 1] ^ y[i]) | (z[i + 1] ^ z[i])) >> kBlockShift;
+      place[i] = index_in_block(x[i + 1], y[i + 1], z[i + 1]);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      // Neighbouring beams end in the same block more often than not.
+      if (leaves_block[i] != 0) {
+        marked = find_or_make(parent_coord({x[i + 1], y[i + 1], z[i + 1]}));
       }
       if (marked == nullptr) {
         ++num_declined_;
         continue;
       }
-      marked->hit.word[z[i] & 7] |= std::uint64_t{1} << ((x[i] & 7) | ((y[i] & 7) << 3));
+      marked->hit.word[place[i] >> 6] |= std::uint64_t{1} << (place[i] & 63);
     }
+    x[0] = x[count];
+    y[0] = y[count];
+    z[0] = z[count];
   }
 }
 

@@ -91,6 +91,28 @@ TEST_CASE("a block of mixed voxels stays a block") {
   CHECK(f.volume.num_blocks() == 1);
 }
 
+TEST_CASE("a block that rests is read, written, moved and returned as any other") {
+  Fixture f;
+  f.set({1, 2, 3}, 9);
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = f.volume.make_place(f.pools, {0, 0, 0}, &chunk);
+  Volume::set_rest(*place, true);
+  CHECK(Volume::rests(*place));
+  CHECK(f.volume.at(f.store, {1, 2, 3}) == 9);
+  f.set({1, 2, 4}, -9);
+  CHECK(f.volume.at(f.store, {1, 2, 4}) == -9);
+  CHECK(f.volume.num_blocks() == 1);
+  const PoolIndex block = f.volume.detach_block(*chunk, *place);
+  CHECK_FALSE(Volume::rests(*place));
+  f.volume.attach_block(*chunk, *place, block);
+  CHECK_FALSE(Volume::rests(*place));
+  CHECK(f.volume.at(f.store, {1, 2, 3}) == 9);
+  Volume::set_rest(*place, true);
+  f.volume.set_coarse(f.pools, *chunk, *place, -3, kAllOctants);
+  CHECK_FALSE(Volume::rests(*place));
+  CHECK(f.pools.blocks.num_free() == 64);
+}
+
 TEST_CASE("a coarse node reads as its value in the octants it knows, and as unknown in the others") {
   Fixture f;
   for (int known = 0; known < 256; ++known) {
