@@ -64,7 +64,8 @@ std::string cyclone_xml(const DdsOptions& options, const std::optional<std::stri
       // A writer may be ahead of its readers by a second of scans, before it waits for them.
       << "<Internal><SocketReceiveBufferSize "
          "min=\"2MB\"/><Watermarks><WhcHigh>8MB</WhcHigh></Watermarks></Internal>"
-      << "<Tracing><Verbosity>severe</Verbosity></Tracing>"
+      // Else a file appears wherever the program is started.
+      << "<Tracing><Verbosity>severe</Verbosity><OutputFile>stderr</OutputFile></Tracing>"
       << "<SharedMemory><Enable>" << (locator ? "true" : "false") << "</Enable>";
   if (locator) xml << "<Locator>" << *locator << "</Locator><LogLevel>warn</LogLevel>";
   xml << "</SharedMemory></Domain></CycloneDDS>";

@@ -10,8 +10,9 @@ namespace {
 
 constexpr int kChunkVoxels = kBlockEdge * kChunkEdge;
 
-// Up to so many known voxels (288 m3 at 6.5 cm) are all compared. Of more, samples tell the ratio to a few thousandths.
-constexpr std::int64_t kMaxCompared = 1 << 20;
+// Volumes of up to so many blocks, a few rooms, are compared voxel by voxel. Of larger ones samples tell the ratio to a
+// few thousandths.
+constexpr std::size_t kMaxDenseBlocks = 2048;
 
 /// Looks up voxels of a volume B at the places of another grid A: the nearest voxel of B for each voxel centre of A. The
 /// chunks of B that a chunk of A reaches into, 3x3x3 at the most, are fetched at once.
@@ -82,8 +83,8 @@ class ChunkSampler {
   std::array<const Chunk*, 27> chunks_;
 };
 
-/// The voxels of a block in which volumes are compared: all, or one of sixteen, so that every plane of voxels along any
-/// axis has its share.
+/// The voxels of a block in which volumes are compared: all, or one of sixteen, as a chessboard's white or black fields in
+/// one of its slices. Those lie in one line of memory, and fetching lines is what a comparison takes longest for.
 class SampledVoxels {
  public:
   struct Voxel {
@@ -96,8 +97,7 @@ class SampledVoxels {
     std::array<int, kSets> end{};
     for (int i = 0; i < kBlockVoxels; ++i) {
       const int x = i & 7, y = i >> 3 & 7, z = i >> 6;
-      // One of eight has one voxel in each row along x; every other row of those is in one of two sets.
-      const int set = ((x + 3 * y + 5 * z) & 7) | (((y >> 1) + z) & 1) << 3;
+      const int set = z | ((x + y) & 1) << 3;
       const int set_used = set & (num_sets_ - 1);
       const Eigen::Vector3f local(static_cast<float>(x), static_cast<float>(y),
                                   static_cast<float>(z));
@@ -110,6 +110,8 @@ class SampledVoxels {
     return &voxels_[((block.x() + 3 * block.y() + 5 * block.z()) & (num_sets_ - 1)) * per_set_];
   }
   [[nodiscard]] int per_block() const { return per_set_; }
+  /// How many voxels one stands for.
+  [[nodiscard]] int weight() const { return num_sets_; }
 
  private:
   static constexpr int kSets = 16;
@@ -118,9 +120,29 @@ class SampledVoxels {
   std::array<Voxel, kBlockVoxels> voxels_;
 };
 
-/// A voxel of a coarse node that stands for all of it; neighbours have different ones.
-int sampled_voxel(const BlockCoord& block) {
-  return (73 * block.x() + 185 * block.y() + 329 * block.z()) & (kBlockVoxels - 1);
+/// A known voxel of a coarse node that stands for all of them; neighbours have different ones.
+int sampled_voxel(const BlockCoord& block, OctantMask known) {
+  const int index = (73 * block.x() + 185 * block.y() + 329 * block.z()) & (kBlockVoxels - 1);
+  if ((known >> octant_of(index) & 1) != 0) return index;
+  const VoxelCoord corner = octant_corner(std::countr_zero(known));
+  return index_in_block(corner.x() + (index & 3), corner.y() + (index >> 3 & 3),
+                        corner.z() + (index >> 6 & 3));
+}
+
+std::int64_t estimate_known(const VoxelStore& store, const Volume& volume,
+                            const SampledVoxels& sampled) {
+  std::int64_t known = 0, known_samples = 0;
+  volume.for_each_block(store, [&](const BlockCoord& block, const BlockView& view) {
+    if (view.block == nullptr) {
+      known += count_known(view);
+      return;
+    }
+    const SampledVoxels::Voxel* voxel = sampled.begin(block);
+    for (const auto* end = voxel + sampled.per_block(); voxel != end; ++voxel) {
+      known_samples += view.block->voxels[voxel->index] != kUnknownLogOdds;
+    }
+  });
+  return known + known_samples * sampled.weight();
 }
 
 bool agree(LogOdds a, LogOdds b) { return b != kUnknownLogOdds && (a > 0) == (b > 0); }
@@ -155,14 +177,11 @@ Eigen::AlignedBox3d known_bounds(const VoxelStore& store, const Volume& volume,
 VoxelOverlap voxel_overlap(const VoxelStore& store, const Volume& a, const Volume& b,
                            const Pose& T_b_a, double voxel_size_m) {
   VoxelOverlap overlap;
-  overlap.num_known_a = count_known(store, a);
-  overlap.num_known_b = count_known(store, b);
-  const bool is_sparse = overlap.num_known_a > kMaxCompared;
+  const bool is_sparse = std::max(a.num_blocks(), b.num_blocks()) > kMaxDenseBlocks;
   const Eigen::Matrix3f R_b_a = T_b_a.linear().cast<float>();
   const SampledVoxels sampled(R_b_a, is_sparse);
+  overlap.num_known_b = estimate_known(store, b, sampled);
   ChunkSampler under(store, b, T_b_a, voxel_size_m);
-  // In voxels that the samples stand for.
-  std::int64_t num_compared = 0, num_agreeing = 0;
   for (PoolIndex at = a.first_chunk(); at != kNoIndex; at = store.chunk(at).next_in_volume) {
     const Chunk& chunk = store.chunk(at);
     const bool is_known = under.enter({chunk.x, chunk.y, chunk.z});
@@ -173,33 +192,25 @@ VoxelOverlap voxel_overlap(const VoxelStore& store, const Volume& a, const Volum
       const Eigen::Vector3f first = under.first() + R_b_a * (in_chunk * kBlockEdge).cast<float>();
       const BlockView view = Volume::view_of(store, chunk.places[i]);
       if (is_sparse && view.block == nullptr) {
-        const int index = sampled_voxel(block);
-        const LogOdds value = view.at(index);
-        if (value == kUnknownLogOdds) continue;
-        num_compared += kBlockVoxels;
-        if (!is_known) continue;
+        const std::int64_t known = count_known(view);
+        overlap.num_known_a += known;
+        const int index = sampled_voxel(block, view.known);
         const VoxelCoord local(index & 7, index >> 3 & 7, index >> 6);
-        const LogOdds other = under.at(first + R_b_a * local.cast<float>());
-        num_agreeing += agree(value, other) ? kBlockVoxels : 0;
+        if (is_known && agree(view.coarse, under.at(first + R_b_a * local.cast<float>())))
+          overlap.num_agreeing += known;
         continue;
       }
+      int known = 0, agreeing = 0;
       const SampledVoxels::Voxel* voxel = sampled.begin(block);
-      int compared = 0, agreeing = 0;
       for (const auto* end = voxel + sampled.per_block(); voxel != end; ++voxel) {
         const LogOdds value = view.at(voxel->index);
         if (value == kUnknownLogOdds) continue;
-        ++compared;
+        ++known;
         if (is_known) agreeing += agree(value, under.at(first + voxel->offset));
       }
-      num_compared += compared * (kBlockVoxels / sampled.per_block());
-      num_agreeing += agreeing * (kBlockVoxels / sampled.per_block());
+      overlap.num_known_a += known * sampled.weight();
+      overlap.num_agreeing += agreeing * sampled.weight();
     }
-  }
-  overlap.num_agreeing = num_agreeing;
-  if (is_sparse && num_compared > 0) {
-    overlap.num_agreeing =
-        std::llround(static_cast<double>(num_agreeing) * static_cast<double>(overlap.num_known_a) /
-                     static_cast<double>(num_compared));
   }
   return overlap;
 }

@@ -25,9 +25,9 @@ struct VoxelOverlap {
   }
 };
 
-/// Compares known voxels of `a` with the nearest voxels of `b`: all of them in volumes of up to a million known voxels. In
-/// larger ones, one of sixteen voxels and one of each coarse node are compared, which is one in some hundred of all, and
-/// `num_agreeing` is what they make of the whole: the ratios are then right to a few thousandths.
+/// Compares known voxels of `a` with the nearest voxels of `b`: all of them, in volumes of a few rooms. In larger ones, one
+/// voxel of sixteen and one of each coarse node stand for the others: the numbers are then estimates, and the ratios right
+/// to a few thousandths.
 /// @param T_b_a  pose of a's frame in b's
 /// Threads: both volumes must not change meanwhile. No allocation.
 [[nodiscard]] VoxelOverlap voxel_overlap(const VoxelStore& store, const Volume& a, const Volume& b,

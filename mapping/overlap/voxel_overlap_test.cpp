@@ -181,8 +181,10 @@ TEST_CASE("of large volumes a sample tells the overlap to a few thousandths") {
     const VoxelOverlap sampled = voxel_overlap(v.store, v.a, v.b, T_b_a, kVoxel);
     const VoxelOverlap slow = brute_force(v, T_b_a);
     CHECK(slow.num_known_a > 1'500'000);
-    CHECK(sampled.num_known_a == slow.num_known_a);
-    CHECK(sampled.num_known_b == slow.num_known_b);
+    CHECK(static_cast<double>(sampled.num_known_a) ==
+          doctest::Approx(static_cast<double>(slow.num_known_a)).epsilon(0.003));
+    CHECK(static_cast<double>(sampled.num_known_b) ==
+          doctest::Approx(static_cast<double>(slow.num_known_b)).epsilon(0.003));
     CHECK(slow.ratio_a() > 0.3);
     CHECK(sampled.ratio_a() == doctest::Approx(slow.ratio_a()).epsilon(0.005));
     CHECK(sampled.ratio_b() == doctest::Approx(slow.ratio_b()).epsilon(0.005));
