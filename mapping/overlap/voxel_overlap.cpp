@@ -129,20 +129,23 @@ int sampled_voxel(const BlockCoord& block, OctantMask known) {
                         corner.z() + (index >> 6 & 3));
 }
 
+/// Known voxels, by those of some blocks: of large volumes one in eight is enough.
 std::int64_t estimate_known(const VoxelStore& store, const Volume& volume,
-                            const SampledVoxels& sampled) {
+                            const SampledVoxels& sampled, bool is_sparse) {
+  const int skipped = is_sparse ? 7 : 0;
   std::int64_t known = 0, known_samples = 0;
   volume.for_each_block(store, [&](const BlockCoord& block, const BlockView& view) {
     if (view.block == nullptr) {
       known += count_known(view);
       return;
     }
+    if (((block.x() + 2 * block.y() + 3 * block.z()) & skipped) != 0) return;
     const SampledVoxels::Voxel* voxel = sampled.begin(block);
     for (const auto* end = voxel + sampled.per_block(); voxel != end; ++voxel) {
       known_samples += view.block->voxels[voxel->index] != kUnknownLogOdds;
     }
   });
-  return known + known_samples * sampled.weight();
+  return known + known_samples * sampled.weight() * (skipped + 1);
 }
 
 bool agree(LogOdds a, LogOdds b) { return b != kUnknownLogOdds && (a > 0) == (b > 0); }
@@ -180,7 +183,7 @@ VoxelOverlap voxel_overlap(const VoxelStore& store, const Volume& a, const Volum
   const bool is_sparse = std::max(a.num_blocks(), b.num_blocks()) > kMaxDenseBlocks;
   const Eigen::Matrix3f R_b_a = T_b_a.linear().cast<float>();
   const SampledVoxels sampled(R_b_a, is_sparse);
-  overlap.num_known_b = estimate_known(store, b, sampled);
+  overlap.num_known_b = estimate_known(store, b, sampled, is_sparse);
   ChunkSampler under(store, b, T_b_a, voxel_size_m);
   for (PoolIndex at = a.first_chunk(); at != kNoIndex; at = store.chunk(at).next_in_volume) {
     const Chunk& chunk = store.chunk(at);
