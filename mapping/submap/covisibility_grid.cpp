@@ -6,13 +6,6 @@
 #include "mapping/submap/cell_key.hpp"
 
 namespace cloister {
-namespace {
-
-// A share of fewer scans than these says nothing: until then a cell must have been seen in a share of all scans.
-constexpr std::uint32_t kMinScans = 4;
-
-}  // namespace
-
 CovisibilityGrid::CovisibilityGrid(double cell_m, double min_share, std::size_t max_cells)
     : cells_per_metre_(static_cast<float>(1.0 / cell_m)),
       min_share_(min_share),

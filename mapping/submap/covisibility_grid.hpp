@@ -21,10 +21,14 @@ class CovisibilityGrid {
   /// @param min_share   of the scans since a cell was first seen, 0 to 1
   CovisibilityGrid(double cell_m, double min_share, std::size_t max_cells);
 
+  /// A share of fewer scans than these says nothing: until then a cell must have been seen in a share of all scans.
+  static constexpr std::uint32_t kMinScans = 4;
+
   void clear();
   /// Counts one scan. Points of one cell count once; cells beyond the capacity are not counted.
   void add(const std::vector<Eigen::Vector3f>& points);
   [[nodiscard]] bool is_established(const Eigen::Vector3f& point) const;
+  [[nodiscard]] std::uint32_t num_scans() const { return num_scans_; }
   [[nodiscard]] std::size_t bytes() const { return table_.size() * sizeof(Entry); }
 
  private:

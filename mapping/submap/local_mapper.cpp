@@ -129,7 +129,10 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   // One cloud a node is far from its neighbours already; scans of a turning sensor are not.
   const bool is_lone_cloud = scan.kind == Scan::Kind::kCloud;
   outcome.overlap_ratio = cloud_.overlap(!is_lone_cloud);
-  if (outcome.overlap_ratio <= config_.spawn.min_overlap) return spawn(scan, SpawnReason::kOverlap, outcome);
+  const bool is_known_well = is_lone_cloud || cloud_.is_established();
+  if (is_known_well && outcome.overlap_ratio <= config_.spawn.min_overlap) {
+    return spawn(scan, SpawnReason::kOverlap, outcome);
+  }
   if (is_lone_cloud) {
     cloud_.add_now();
   } else {
