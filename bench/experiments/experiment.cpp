@@ -1,5 +1,6 @@
 #include "bench/experiments/experiment.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
@@ -24,10 +25,27 @@ constexpr std::size_t kDoublingSamples = 200'000;
 // Nodes between loop closures, so 30 m. A closure every few metres joins all submaps of a baseline, which fuses whatever
 // a closure joins, into a single rigid one: nothing is left to compare with.
 constexpr const char* kClosureSpacing = "15";
+// Where closures are put to the test, there must be many: 6 m.
+constexpr const char* kFaultyClosureSpacing = "3";
 
 struct Folders {
   fs::path home, mission, ours, baseline;
 };
+
+/// What the simulator is told about the graph's faults.
+std::vector<std::string> fault_words(GraphFault fault) {
+  switch (fault) {
+    case GraphFault::kNone:
+      return {};
+    case GraphFault::kDoubtedClosures:
+      return {"--wrong-closures", "0.05"};
+    case GraphFault::kWrongClosures:
+      return {"--confident-wrong-closures", "0.05"};
+    case GraphFault::kLateShift:
+      return {"--late-shift-m", "1"};
+  }
+  return {};
+}
 
 /// Runs one step, its output beside the results.
 Result<void> step(const Folders& folders, const std::string& name,
@@ -40,9 +58,15 @@ Result<void> run_programs(const ExperimentOptions& options, const Folders& folde
                           const Experiment& experiment) {
   const auto program = [&](const char* name) { return (options.programs / name).string(); };
   std::vector<std::string> simulate = {
-      program("cloister-simulate"), experiment.world, "--out",
-      folders.mission.string(),     "--seed",         std::to_string(experiment.seed),
-      "--closure-spacing",          kClosureSpacing};
+      program("cloister-simulate"),
+      experiment.world,
+      "--out",
+      folders.mission.string(),
+      "--seed",
+      std::to_string(experiment.seed),
+      "--closure-spacing",
+      experiment.fault == GraphFault::kNone ? kClosureSpacing : kFaultyClosureSpacing};
+  for (const std::string& word : fault_words(experiment.fault)) simulate.push_back(word);
   if (options.minutes > 0.0) {
     simulate.emplace_back("--minutes");
     append_number(options.minutes, &simulate.emplace_back());
@@ -153,6 +177,14 @@ Result<void> judge(const ExperimentOptions& options, const Folders& folders,
   if (!returns) return tl::unexpected(returns.error());
   experiment->returns = *returns;
   experiment->submaps_across_storeys = submaps_across_storeys(*truth, *submaps);
+  const auto wrong = read_wrong_closures(folders.mission / "ground_truth" / "wrong_closures.csv");
+  if (!wrong) return tl::unexpected(wrong.error());
+  experiment->wrong_closures = wrong->size();
+  for (const auto& [from, to] : *wrong) {
+    experiment->fused_across += std::any_of(submaps->begin(), submaps->end(), [&](const auto& s) {
+      return s.holds_node(from) && s.holds_node(to);
+    });
+  }
   if (experiment->world == "small-rooms") experiment->round_ends = round_ends(*truth);
   const double length_s = (truth->T_W_L.back().stamp - truth->T_W_L.front().stamp).seconds();
   experiment->is_cut_short = options.minutes > 0.0 && length_s > options.minutes * 60.0 - 1.0;
@@ -173,12 +205,31 @@ std::vector<std::int64_t> Experiment::round_bytes() const {
   return bytes;
 }
 
+const std::map<std::string, GraphFault>& graph_fault_names() {
+  static const std::map<std::string, GraphFault> names = {
+      {"none", GraphFault::kNone},
+      {"doubted-closures", GraphFault::kDoubtedClosures},
+      {"wrong-closures", GraphFault::kWrongClosures},
+      {"late-shift", GraphFault::kLateShift}};
+  return names;
+}
+
+std::string experiment_name(const std::string& world, std::uint64_t seed, GraphFault fault) {
+  std::string name = world + "_" + std::to_string(seed);
+  if (fault == GraphFault::kNone) return name;
+  for (const auto& [word, named] : graph_fault_names()) {
+    if (named == fault) name += "_" + word;
+  }
+  return name;
+}
+
 Result<Experiment> run_experiment(const ExperimentOptions& options, const std::string& world,
                                   std::uint64_t seed) {
   Experiment experiment;
   experiment.world = world;
   experiment.seed = seed;
-  const fs::path home = options.out / (world + "_" + std::to_string(seed));
+  experiment.fault = options.fault;
+  const fs::path home = options.out / experiment_name(world, seed, options.fault);
   const Folders folders{home, home / "mission", home / "ours", home / "baseline"};
   std::error_code error;
   fs::create_directories(home, error);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,10 +18,22 @@ struct Nearness {
   double within_25cm = 0.0;
 };
 
+/// What is wrong with a mission's pose graphs.
+enum class GraphFault {
+  kNone,
+  kDoubtedClosures,  ///< one loop closure in twenty is wrong, and its information admits it
+  kWrongClosures,    ///< one in twenty is wrong and looks as good as the others
+  kLateShift         ///< the old half of all nodes moves by a metre, late in the mission
+};
+
+/// As on the command line: none, doubted-closures, wrong-closures, late-shift.
+[[nodiscard]] const std::map<std::string, GraphFault>& graph_fault_names();
+
 /// Everything that one world with one seed says.
 struct Experiment {
   std::string world;
   std::uint64_t seed = 1;
+  GraphFault fault = GraphFault::kNone;
   bool is_cut_short = false;  ///< the mission ended before its path did
 
   ReplayFigures ours;
@@ -37,6 +50,8 @@ struct Experiment {
       0;  ///< of final submaps: voxel overlap above 0.7, certain enough to be fused
   std::size_t doubtful_pairs = 0;  ///< the same, but too uncertain to be fused
   std::size_t submaps_across_storeys = 0;
+  std::size_t wrong_closures = 0;  ///< in the graph
+  std::size_t fused_across = 0;    ///< of these, how many have both ends in one final submap
   std::optional<std::int64_t> middle_room_submaps;  ///< where there is a middle room with scans
   std::vector<SensorTime> round_ends;
 
@@ -46,12 +61,17 @@ struct Experiment {
   [[nodiscard]] std::vector<std::int64_t> round_bytes() const;
 };
 
+/// The folder of an experiment: WORLD_SEED, or WORLD_SEED_FAULT.
+[[nodiscard]] std::string experiment_name(const std::string& world, std::uint64_t seed,
+                                          GraphFault fault);
+
 /// What to run, and where.
 struct ExperimentOptions {
-  std::filesystem::path out;       ///< gets WORLD_SEED/{mission,ours,baseline}
+  std::filesystem::path out;       ///< gets WORLD_SEED[_FAULT]/{mission,ours,baseline}
   std::filesystem::path programs;  ///< folder of the programs
   double minutes = 0.0;            ///< missions end there; 0 = at the end of their paths
-  bool keep = false;               ///< keep the missions' packets, and use those that are there
+  GraphFault fault = GraphFault::kNone;
+  bool keep = false;  ///< keep the missions' packets, and use those that are there
 };
 
 /// Simulates a mission, replays it twice and judges what is left. Says what it does on stderr.

@@ -73,7 +73,7 @@ Result<void> write_results(const Options& options, const std::vector<Experiment>
   const std::string csv = format_csv(experiments, provenance);
   const std::string plot = growth_plot_svg(experiments.back());
   const Experiment& e = experiments.back();
-  const std::string name = e.world + "_" + std::to_string(e.seed);
+  const std::string name = experiment_name(e.world, e.seed, e.fault);
   if (const auto done = write_text(options.experiment.out / "experiments.csv", csv); !done)
     return done;
   if (const auto done = write_text(options.experiment.out / (name + "_memory.svg"), plot); !done)
@@ -82,7 +82,7 @@ Result<void> write_results(const Options& options, const std::vector<Experiment>
   std::error_code error;
   fs::create_directories(options.results, error);
   if (const auto done = write_text(options.results / "experiments.csv", csv); !done) return done;
-  if (e.seed != options.seeds.front()) return {};
+  if (e.seed != options.seeds.front() || e.fault != GraphFault::kNone) return {};
   // Rooms coloured by submap, storey by storey, as the replay drew them.
   const std::string plan = read_text(options.experiment.out / name / "ours" / "plan.svg");
   if (!plan.empty()) {
@@ -125,7 +125,7 @@ Result<void> run_all(const Options& options) {
       std::fflush(stdout);
       for (const Line& line : lines) {
         if (!line.verdict.starts_with("FAIL")) continue;
-        failures.push_back(line.verdict + " " + world + " " + std::to_string(seed) + ": " +
+        failures.push_back(line.verdict + " " + experiment_name(world, seed, each.fault) + ": " +
                            line.what + " " + line.ours + ", limit " + line.limit);
       }
       experiments.push_back(std::move(*experiment));
@@ -154,6 +154,10 @@ int run(int argc, char** argv) {
       ->check(CLI::IsMember(known));
   auto* seeds = app.add_option("--seeds", options.seeds, "one mission for each (default: 1,2,3)")
                     ->delimiter(',');
+  app.add_option("--graph-fault", options.experiment.fault,
+                 "none; doubted-closures or wrong-closures (one loop closure in twenty, admitting "
+                 "its doubt or not); late-shift (old nodes move by a metre, late)")
+      ->transform(CLI::CheckedTransformer(graph_fault_names()));
   app.add_option("--minutes", options.experiment.minutes,
                  "end missions there (default: at the end of their paths)")
       ->check(CLI::PositiveNumber);

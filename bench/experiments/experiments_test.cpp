@@ -225,6 +225,17 @@ TEST_CASE("figures on their limits pass, and those past them fail") {
   CHECK(verdict(e, "map after round 6") == "FAIL");
 }
 
+TEST_CASE("what is fused across a wrong loop closure that admits its doubt is a miss") {
+  Experiment e = make_experiment();
+  e.fused_across = 1;
+  CHECK(verdict(e, "fused across one") == "no such line");
+  e.fault = GraphFault::kDoubtedClosures;
+  CHECK(verdict(e, "fused across one") == "FAIL");
+  e.fused_across = 0;
+  CHECK(verdict(e, "fused across one") == "PASS");
+  CHECK(experiment_name(e.world, e.seed, e.fault) == "small-rooms_1_doubted-closures");
+}
+
 TEST_CASE("the results file has as many cells in every row as in its head") {
   const std::string csv =
       format_csv({make_experiment(), make_experiment()}, {"2020-01-01", "a, machine", "abc"});

@@ -53,6 +53,17 @@ class Lines {
   std::vector<Line> lines_;
 };
 
+void add_fault(const Experiment& e, Lines* lines) {
+  if (e.fault != GraphFault::kDoubtedClosures && e.fault != GraphFault::kWrongClosures) return;
+  lines->figure("wrong loop closures", count(static_cast<std::int64_t>(e.wrong_closures)));
+  const std::string across = count(static_cast<std::int64_t>(e.fused_across));
+  if (e.fault == GraphFault::kDoubtedClosures) {
+    lines->limit("fused across one", across, {}, "none", e.fused_across == 0);
+  } else {
+    lines->figure("fused across one", across);
+  }
+}
+
 void add_submaps(const Experiment& e, Lines* lines) {
   const std::string final = count(e.ours.submaps_final);
   const std::string base_final = count(e.baseline.submaps_final);
@@ -178,6 +189,7 @@ void add_time(const Experiment& e, Lines* lines) {
 
 std::vector<Line> judge_lines(const Experiment& experiment) {
   Lines lines(experiment);
+  add_fault(experiment, &lines);
   add_submaps(experiment, &lines);
   add_memory(experiment, &lines);
   add_accuracy(experiment, &lines);
@@ -187,9 +199,9 @@ std::vector<Line> judge_lines(const Experiment& experiment) {
 
 std::string format_table(const Experiment& e, const std::vector<Line>& lines) {
   std::string table =
-      text("%s, seed %llu: %lld scans, %.0f s, %.0f m%s\n", e.world.c_str(),
-           static_cast<unsigned long long>(e.seed), static_cast<long long>(e.ours.scans),
-           e.ours.duration_s, e.ours.travel_m, e.is_cut_short ? ", cut short" : "");
+      text("%s: %lld scans, %.0f s, %.0f m%s\n", experiment_name(e.world, e.seed, e.fault).c_str(),
+           static_cast<long long>(e.ours.scans), e.ours.duration_s, e.ours.travel_m,
+           e.is_cut_short ? ", cut short" : "");
   table += text("  %-28s %26s %20s  %-15s\n", "", "ours", "baseline", "limit");
   bool has_star = false;
   for (const Line& line : lines) {
@@ -221,6 +233,9 @@ std::string format_csv(const std::vector<Experiment>& experiments, const Provena
     };
     cell("world", e.world);
     cell("seed", std::to_string(e.seed));
+    for (const auto& [word, fault] : graph_fault_names()) {
+      if (fault == e.fault) cell("graph_fault", word);
+    }
     whole("cut_short", e.is_cut_short ? 1 : 0);
     for (const auto& [prefix, r] :
          {std::pair<std::string, const ReplayFigures*>{"", &e.ours}, {"baseline_", &e.baseline}}) {
@@ -255,6 +270,8 @@ std::string format_csv(const std::vector<Experiment>& experiments, const Provena
     cell("middle_room_submaps",
          e.middle_room_submaps ? std::to_string(*e.middle_room_submaps) : "");
     whole("submaps_across_storeys", static_cast<std::int64_t>(e.submaps_across_storeys));
+    whole("wrong_closures", static_cast<std::int64_t>(e.wrong_closures));
+    whole("fused_across_wrong_closures", static_cast<std::int64_t>(e.fused_across));
     whole("pairs_left_to_fuse", static_cast<std::int64_t>(e.overlapping_pairs));
     whole("pairs_in_doubt", static_cast<std::int64_t>(e.doubtful_pairs));
     real("trajectory_rms_m", e.trajectory_rms_m);

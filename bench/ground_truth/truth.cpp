@@ -1,6 +1,9 @@
 #include "bench/ground_truth/truth.hpp"
 
+#include <charconv>
 #include <fstream>
+#include <string>
+#include <system_error>
 
 #include <nlohmann/json.hpp>
 
@@ -77,7 +80,10 @@ Result<std::vector<SubmapScans>> read_submaps(const std::filesystem::path& file)
       return fail(ErrorKind::kInput, file.string() + ": submap " + std::to_string(submaps.size()) +
                                          " needs id and scan_stamps_ns");
     }
-    SubmapScans submap{entry["id"].get<std::int64_t>(), {}};
+    SubmapScans submap{entry["id"].get<std::int64_t>(), {}, {}};
+    for (const json& node : entry.value("nodes", json::array())) {
+      if (node.is_number_integer()) submap.nodes.push_back(node.get<std::int64_t>());
+    }
     for (const json& stamp : entry["scan_stamps_ns"]) {
       if (!stamp.is_number_integer()) {
         return fail(ErrorKind::kInput,
@@ -89,6 +95,27 @@ Result<std::vector<SubmapScans>> read_submaps(const std::filesystem::path& file)
     submaps.push_back(std::move(submap));
   }
   return submaps;
+}
+
+Result<std::vector<Closure>> read_wrong_closures(const std::filesystem::path& file) {
+  std::vector<Closure> closures;
+  std::ifstream stream(file);
+  std::string line;
+  for (std::size_t number = 1; std::getline(stream, line); ++number) {
+    if (number == 1) continue;
+    Closure closure;
+    const char* const end = line.data() + line.size();
+    const auto first = std::from_chars(line.data(), end, closure.first);
+    const bool has_both = first.ec == std::errc{} && first.ptr != end && *first.ptr == ',';
+    const auto second =
+        has_both ? std::from_chars(first.ptr + 1, end, closure.second) : std::from_chars_result{};
+    if (!has_both || second.ec != std::errc{} || second.ptr != end) {
+      return fail(ErrorKind::kInput,
+                  file.string() + ":" + std::to_string(number) + ": needs two node numbers");
+    }
+    closures.push_back(closure);
+  }
+  return closures;
 }
 
 }  // namespace cloister
