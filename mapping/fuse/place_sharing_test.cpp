@@ -91,6 +91,22 @@ TEST_CASE("what only one submap knows, or the other only touches, stays where it
   CHECK(s.at(s.a, {6, 0, 0}) == 30);
 }
 
+TEST_CASE("a surface that the nearer submap sees elsewhere stays where it is") {
+  TwoSubmaps s;
+  s.add_wall(s.a, {5, 0, 0});
+  s.add_wall(s.b, {5, 0, 0});
+  // A block aside b has seen through.
+  Pose T_a_b = Pose::Identity();
+  T_a_b.translation().y() = 0.52;
+  s.add_free(s.b, {5, -1, 0});
+  CHECK(s.share(T_a_b) == 0);
+  CHECK(s.at(s.a, {5, 0, 0}) == 30);
+  T_a_b.translation().y() = 0.13;
+  s.add_wall(s.b, {5, -1, 0});
+  CHECK(s.share(T_a_b) == 1);
+  CHECK(s.at(s.a, {5, 0, 0}) == kUnknownLogOdds);
+}
+
 TEST_CASE("chunks in which nothing is known any more go back to the pool") {
   TwoSubmaps s;
   for (int x = 8; x < 16; ++x) {
