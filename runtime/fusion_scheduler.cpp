@@ -163,6 +163,12 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
     record_.events.push_back(event);
     return;
   }
+  if (!map_.see_same_surfaces(candidate)) {
+    ++record_.rejected_by_overlap;
+    event.reason = "surfaces";
+    record_.events.push_back(event);
+    return;
+  }
   const auto bytes_before = static_cast<std::int64_t>(a.volume.bytes() + b.volume.bytes());
   const StopWatch fuse_watch;
   Submap* emptied = nullptr;

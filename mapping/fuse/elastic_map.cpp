@@ -4,6 +4,7 @@
 
 #include "mapping/fuse/fuser.hpp"
 #include "mapping/fuse/place_sharing.hpp"
+#include "mapping/fuse/same_surface.hpp"
 #include "mapping/overlap/convex_overlap.hpp"
 #include "mapping/overlap/oriented_box.hpp"
 
@@ -12,6 +13,9 @@ namespace {
 
 /// A comparison stands as long as the pair has moved less than half a voxel against each other anywhere in reach.
 constexpr double kMaxMoveVox = 0.5;
+/// Of two submaps of one place, the least share of surfaces that both show. In nine small rooms it is 0.92 and more for
+/// what the graph places well; a metre aside floors and ceilings still agree, and it is 0.5 to 0.82.
+constexpr double kMinSameSurface = 0.85;
 
 double largest_move_m(const Pose& T_before, const Pose& T_now, const Eigen::AlignedBox3d& bounds) {
   double move_m = 0;
@@ -254,6 +258,18 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
   }
   judgement.is_accepted = judgement.sigma_m && (*judgement.sigma_m)[2] <= judgement.limit_m;
   return judgement;
+}
+
+bool ElasticMap::see_same_surfaces(const FusionCandidate& candidate) const {
+  if (config_.baseline) return true;
+  const Submap& a = *entries_.at(candidate.a).submap;
+  const Submap& b = *entries_.at(candidate.b).submap;
+  // Of the smaller one: the other may know walls that it never looked at.
+  const bool is_a_smaller = a.volume.num_blocks() <= b.volume.num_blocks();
+  const Submap& from = is_a_smaller ? a : b;
+  const Submap& into = is_a_smaller ? b : a;
+  return same_surface_share(store_, from.volume, into.volume, into.T_M_S.inverse() * from.T_M_S,
+                            config_.voxel.voxel_size_m) >= kMinSameSurface;
 }
 
 bool ElasticMap::have_shared(SubmapId a, SubmapId b) const {

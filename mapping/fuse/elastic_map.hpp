@@ -72,6 +72,9 @@ class ElasticMap {
   /// The pair to judge next, the one that shares most volume and ground, or nothing. Each pair comes once a comparison and, if refused, once a loop closure.
   [[nodiscard]] std::optional<FusionCandidate> next_candidate();
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
+  /// False when the two see the surfaces of their place apart (see same_surface_share): the graph is wrong about them.
+  /// Always true in baseline mode.
+  [[nodiscard]] bool see_same_surfaces(const FusionCandidate& candidate) const;
   /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
   /// it (see share_places), where the graph is as certain of the pair as a fusion needs. Pairs of which neither has
   /// taken up scans since are passed over.

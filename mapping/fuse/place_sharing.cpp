@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mapping/fuse/fuser.hpp"
+#include "mapping/fuse/same_surface.hpp"
 #include "mapping/overlap/voxel_overlap.hpp"
 
 namespace cloister {
@@ -11,39 +12,6 @@ namespace {
 
 // The other must know half as much of a place: a glimpse through its edge is no copy.
 constexpr std::int64_t kMinKnownDivisor = 2;
-
-// How far apart along an axis two submaps may see one surface: what a fusion allows the graph not to know.
-constexpr int kSameSurfaceVox = 3;
-// Of a block's occupied voxels one in so many is looked for, and half of those must be found.
-constexpr int kSurfaceStride = 5;
-
-/// True when `into` has something occupied within reach of most of what a block of `from` holds occupied, or when that
-/// is nothing. Where it has not, one of the two does not lie where the graph says, and what was given could not follow
-/// when the graph is corrected.
-bool shows_same_surface(const VoxelStore& store, const BlockCoord& coord, const BlockView& view,
-                        const Volume& into, const Eigen::Isometry3f& T_into_from, float voxel_m) {
-  if (view.block == nullptr && view.coarse <= 0) return true;
-  const auto is_occupied_near = [&](const VoxelCoord& voxel) {
-    if (into.at(store, voxel) > 0) return true;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int step = 1; step <= kSameSurfaceVox; ++step) {
-        const VoxelCoord aside = step * VoxelCoord::Unit(axis);
-        if (into.at(store, voxel + aside) > 0 || into.at(store, voxel - aside) > 0) return true;
-      }
-    }
-    return false;
-  };
-  int num_occupied = 0, num_asked = 0, num_found = 0;
-  for (int i = 0; i < kBlockVoxels; ++i) {
-    if (view.at(i) <= 0 || num_occupied++ % kSurfaceStride != 0) continue;
-    const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
-    const Eigen::Vector3f p_into =
-        T_into_from * Eigen::Vector3f((voxel.cast<float>().array() + 0.5f).matrix() * voxel_m);
-    ++num_asked;
-    num_found += is_occupied_near((p_into / voxel_m).array().floor().matrix().cast<int>());
-  }
-  return 2 * num_found >= num_asked;
-}
 
 /// Blocks of `from` for which `into` is the better home.
 std::vector<BlockCoord> find_given(const VoxelStore& store, const Submap& from, const Submap& into,

@@ -1,0 +1,55 @@
+#include "mapping/fuse/same_surface.hpp"
+
+#include <doctest/doctest.h>
+
+namespace cloister {
+namespace {
+
+constexpr double kVoxelM = 0.065;
+
+/// An empty room of 6 x 6 x 5 blocks, free inside, its walls one voxel thick.
+struct Room {
+  Room(VoxelPools& pools) {
+    const VoxelCoord high(47, 47, 39);
+    for (int z = 0; z <= high.z(); ++z) {
+      for (int y = 0; y <= high.y(); ++y) {
+        for (int x = 0; x <= high.x(); ++x) {
+          const VoxelCoord v(x, y, z);
+          const bool is_wall = (v.array() == 0).any() || (v.array() == high.array()).any();
+          Chunk* chunk = nullptr;
+          std::uint32_t* place = volume.make_place(pools, parent_coord(v), &chunk);
+          volume.make_block(pools, *chunk, *place)->voxels[index_in_block(v)] = is_wall ? 30 : -30;
+        }
+      }
+    }
+  }
+  Volume volume;
+};
+
+double share_when_moved(const Eigen::Vector3d& moved_m) {
+  VoxelStore store(1000, 16);
+  VoxelPools pools(store);
+  pools.take_all();
+  const Room a(pools), b(pools);
+  Pose T_b_a = Pose::Identity();
+  T_b_a.translation() = moved_m;
+  return same_surface_share(store, a.volume, b.volume, T_b_a, kVoxelM);
+}
+
+TEST_CASE("two views of one room show the same surfaces, within what a fusion bears") {
+  CHECK(share_when_moved({0, 0, 0}) == 1);
+  CHECK(share_when_moved({0.1, -0.1, 0.05}) > 0.95);
+}
+
+TEST_CASE("a metre aside floors and ceilings agree, and walls do not") {
+  const double share = share_when_moved({0.7, 0.7, 0});
+  CHECK(share > 0.3);
+  CHECK(share < 0.85);
+}
+
+TEST_CASE("volumes that know nothing in common show nothing apart") {
+  CHECK(share_when_moved({100, 0, 0}) == 1);
+}
+
+}  // namespace
+}  // namespace cloister
