@@ -1,5 +1,8 @@
 #include "runtime/integration_thread.hpp"
 
+#include <pthread.h>
+#include <sched.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -16,6 +19,12 @@ IntegrationThread::IntegrationThread(LocalMapper& mapper, const IntegrationPorts
 
 IntegrationThread::~IntegrationThread() {
   if (thread_.joinable()) stop();
+}
+
+bool IntegrationThread::raise_priority(int priority) {
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  return pthread_setschedparam(thread_.native_handle(), SCHED_FIFO, &parameters) == 0;
 }
 
 void IntegrationThread::stop() {

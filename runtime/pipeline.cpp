@@ -98,6 +98,12 @@ Pipeline::Pipeline(const ProgramConfig& config, const Options& options)
                        IntegrationPorts{commands_, returns_, reports_, scheduler_commands_, integration_bell_,
                                         scheduler_bell_, reader_bell_, finished_},
                        options.on_integration_start);
+  const int priority = config.runtime.integration_priority;
+  if (priority > 0 && !integration_->raise_priority(priority)) {
+    record_.warnings.push_back("runtime.integration_priority = " + std::to_string(priority) +
+                               " is not permitted here (CAP_SYS_NICE or a limit RTPRIO permits it): scans are "
+                               "integrated at the priority of everything else");
+  }
 }
 
 Pipeline::~Pipeline() {

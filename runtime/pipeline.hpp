@@ -64,6 +64,8 @@ class Pipeline {
   /// True when the scans collected since the last call closed a submap: lockstep then drains.
   [[nodiscard]] bool take_submap_finished() { return std::exchange(submap_finished_, false); }
 
+  /// Scans and graphs that the integration thread has dealt with.
+  [[nodiscard]] std::uint64_t num_done() const { return integration_->num_done(); }
   /// Nothing is under way: drain() will return at once.
   [[nodiscard]] bool is_idle() const;
   /// All submaps, the active one last. Valid after drain() until something is submitted.

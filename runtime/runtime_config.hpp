@@ -13,6 +13,7 @@ struct RuntimeConfig {
   int scan_queue = 8;            ///< scans that may wait for the integration thread
   int graph_queue = 256;         ///< graph revisions that may be under way
   double fusion_reserve = 0.25;  ///< share of the voxel pools that is kept for fusions
+  int integration_priority = 0;  ///< of its thread in real time (SCHED_FIFO), where permitted; 0 = as everything else
   int vector_bits = 0;           ///< widest vectors to compute with, 0 = whatever the processor has
 };
 
@@ -54,6 +55,7 @@ void visit_program_fields(ProgramConfigType& config, Visitor&& visit) {
   visit("runtime.scan_queue", config.runtime.scan_queue, 2, 1024);
   visit("runtime.graph_queue", config.runtime.graph_queue, 2, 65536);
   visit("runtime.fusion_reserve", config.runtime.fusion_reserve, 0.0, 0.9);
+  visit("runtime.integration_priority", config.runtime.integration_priority, 0, 99);
   visit("runtime.vector_bits", config.runtime.vector_bits, 0, 512);
   visit("dds.domain", config.dds.domain, 0, 230);
   visit("dds.interface", config.dds.interface, 0, 64);

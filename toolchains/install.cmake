@@ -3,7 +3,7 @@
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/cloister)
 
-install(TARGETS cloister RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS cloister RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT robot)
 install(TARGETS cloister_mapping cloister_firmware_interface cloister_runtime EXPORT cloisterTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 
@@ -20,4 +20,4 @@ configure_package_config_file(toolchains/cloisterConfig.cmake.in ${PROJECT_BINAR
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/cloisterConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/cloisterConfig.cmake ${PROJECT_BINARY_DIR}/cloisterConfigVersion.cmake
         DESTINATION ${package_dir})
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT robot)

@@ -26,6 +26,22 @@ function(cloister_builds_tests kind result)
   endif()
 endfunction()
 
+# Sets `result` to what a test starts to run this program: itself, or, where it is built for another processor, a script
+# beside the tests that runs it under the emulator.
+function(cloister_program_path program result)
+  set(path $<TARGET_FILE:${program}>)
+  get_target_property(is_imported ${program} IMPORTED)
+  if(CMAKE_CROSSCOMPILING_EMULATOR AND NOT is_imported)
+    list(JOIN CMAKE_CROSSCOMPILING_EMULATOR " " emulator)
+    set(script ${PROJECT_BINARY_DIR}/tests/${program})
+    file(CONFIGURE OUTPUT ${script} @ONLY
+         CONTENT "#!/bin/sh\nexec ${emulator} ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/${program} \"$@\"\n")
+    file(CHMOD ${script} PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+    set(path ${script})
+  endif()
+  set(${result} ${path} PARENT_SCOPE)
+endfunction()
+
 # cloister_test(NAME [KIND bench|robot|threads] SOURCES a_test.cpp ... LINK lib ... [PROGRAMS target ...]
 #               [PROPERTIES name value ...]): one doctest executable, each case a CTest test.
 # The sources get the tree's test/data as CLOISTER_TEST_DATA, and each program's path as NAME_PROGRAM. Nothing
@@ -46,7 +62,8 @@ function(cloister_test name)
   foreach(program ${arg_PROGRAMS})
     string(TOUPPER ${program} variable)
     string(REPLACE "-" "_" variable ${variable})
-    target_compile_definitions(${name} PRIVATE ${variable}_PROGRAM="$<TARGET_FILE:${program}>")
+    cloister_program_path(${program} path)
+    target_compile_definitions(${name} PRIVATE ${variable}_PROGRAM="${path}")
     add_dependencies(${name} ${program})
   endforeach()
   cloister_target_defaults(${name})

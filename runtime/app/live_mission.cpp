@@ -42,10 +42,16 @@ void LiveMission::step() {
   const StopWatch decode_watch;
   take_in(now);
   pipeline_->record().cpu_decode_s += 1e-9 * static_cast<double>(decode_watch.cpu_ns());
-  pipeline_->collect();
+  collect(now);
   feed_pipeline(now);
   answer_requests();
   status_->publish_if_due(now, feed_, counts(true));
+}
+
+void LiveMission::collect(Clock::time_point now) {
+  const bool is_idle = pipeline_->collect() == 0;
+  if (is_idle || pipeline_->num_done() != num_done_) last_move_ = now;
+  num_done_ = pipeline_->num_done();
 }
 
 void LiveMission::wait() {

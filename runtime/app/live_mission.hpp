@@ -33,6 +33,8 @@ class LiveMission {
 
   /// Waits for something to arrive, at most a few milliseconds, and deals with it.
   void step();
+  /// False when scans are under way and none has been integrated for ten seconds: the pipeline hangs.
+  [[nodiscard]] bool is_moving() const { return Clock::now() - last_move_ < kPatience; }
   /// Integrates what still waits, and completes the record.
   void finish();
 
@@ -40,7 +42,9 @@ class LiveMission {
 
  private:
   using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::seconds kPatience{10};
 
+  void collect(Clock::time_point now);
   void wait();
   void take_in(Clock::time_point now);
   void take_packets(Clock::time_point now);
@@ -56,6 +60,8 @@ class LiveMission {
   std::optional<Pipeline> pipeline_;
   std::optional<StatusPublisher> status_;
   Scan next_;
+  Clock::time_point last_move_ = Clock::now();
+  std::uint64_t num_done_ = 0;
 };
 
 }  // namespace cloister

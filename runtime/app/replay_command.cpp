@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "firmware_interface/map/map_hash.hpp"
 #include "firmware_interface/mission/mission_reader.hpp"
@@ -102,7 +104,8 @@ Result<void> run_replay(const ReplayOptions& options, const ProgramConfig& confi
   record.counters["returns_read"] = (*reader)->num_returns_read();
   record.scans_dropped += (*reader)->num_scans_unplaced();
   for (const auto& [cause, count] : (*reader)->drops()) record.drops[cause] += count;
-  record.warnings = (*reader)->warnings();
+  const std::vector<std::string> warnings = (*reader)->warnings();
+  record.warnings.insert(record.warnings.end(), warnings.begin(), warnings.end());
   record.interrupted = g_is_interrupted != 0;
   record.map_hash = map_hash(pipeline.store(), pipeline.submaps());
   for (const std::string& warning : record.warnings) std::fprintf(stderr, "cloister: warning: %s\n", warning.c_str());

@@ -15,6 +15,7 @@
 #include "runtime/app/live_settings.hpp"
 #include "runtime/app/outputs.hpp"
 #include "runtime/app/progress.hpp"
+#include "runtime/app/service_manager.hpp"
 #include "runtime/app/stop_signal.hpp"
 
 namespace cloister {
@@ -30,7 +31,7 @@ struct Sensor {
 /// What the sensor is: from a file, from itself, or from DDS, where somebody has to say it first.
 /// @return nothing when a signal came before anybody did
 Result<std::optional<Sensor>> find_sensor(const ProgramConfig& config, const LiveSettings& settings,
-                                          MapperTopics& topics) {
+                                          MapperTopics& topics, ServiceManager& manager) {
   SensorDescription description;
   std::string name = config.sensor.metadata;
   if (!config.sensor.metadata.empty()) {
@@ -47,6 +48,7 @@ Result<std::optional<Sensor>> find_sensor(const ProgramConfig& config, const Liv
     while (!topics.take(description)) {
       if (StopSignal::number() != 0) return std::nullopt;
       topics.wait(std::chrono::milliseconds(50));
+      manager.alive();
     }
   }
   auto metadata = parse_metadata(description.metadata_json, name);
@@ -73,6 +75,7 @@ Result<void> run_live(const RunOptions& options, const ProgramConfig& config) {
                 options.out.string() + ": cannot make the directory: " + error.message());
 
   const StopSignal stop;
+  ServiceManager manager;
   // Before any thread is started.
   auto link = DdsLink::open(settings->dds);
   if (!link) return tl::unexpected(link.error());
@@ -91,18 +94,24 @@ Result<void> run_live(const RunOptions& options, const ProgramConfig& config) {
     if (!socket) return tl::unexpected(socket.error());
     parts.socket.emplace(std::move(*socket));
   }
-  auto sensor = find_sensor(config, *settings, *topics);
+  // Whoever publishes may wait for this; that nobody does is no failure to start.
+  manager.ready();
+  auto sensor = find_sensor(config, *settings, *topics, manager);
   if (!sensor) return tl::unexpected(sensor.error());
   if (!*sensor) return outcome({}, options.out);
   parts.metadata = std::move((*sensor)->metadata);
   parts.T_pose_sensor = (*sensor)->T_pose_sensor;
 
   LiveMission mission(std::move(parts), config);
+  for (const std::string& warning : mission.pipeline().record().warnings)
+    std::fprintf(stderr, "cloister: warning: %s\n", warning.c_str());
   Progress progress(options.show_progress);
   while (StopSignal::number() == 0) {
     mission.step();
     progress.show(mission.pipeline().record(), 0);
+    if (mission.is_moving()) manager.alive();
   }
+  manager.stopping();
   mission.finish();
 
   MissionRecord& record = mission.pipeline().record();
