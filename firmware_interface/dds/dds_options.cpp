@@ -61,9 +61,10 @@ std::string cyclone_xml(const DdsOptions& options, const std::optional<std::stri
          "MaxAutoParticipantIndex>"
       << "<Ports><Base>" << options.first_port << "</Base></Ports><Peers>" << peer_list(options)
       << "</Peers></Discovery>"
-      // A writer may be ahead of its readers by a second of scans, before it waits for them.
+      // More than all scans that a writer keeps, so that it never waits for a reader that stands still, at the cost of
+      // the others; less than all parts of graphs that it keeps, so that it does wait before it forgets one.
       << "<Internal><SocketReceiveBufferSize "
-         "min=\"2MB\"/><Watermarks><WhcHigh>8MB</WhcHigh></Watermarks></Internal>"
+         "min=\"2MB\"/><Watermarks><WhcHigh>16MB</WhcHigh></Watermarks></Internal>"
       // Else a file appears wherever the program is started.
       << "<Tracing><Verbosity>severe</Verbosity><OutputFile>stderr</OutputFile></Tracing>"
       << "<SharedMemory><Enable>" << (locator ? "true" : "false") << "</Enable>";

@@ -24,7 +24,7 @@
 /// |----------------------|--------|------------------------------------------|------------------------------------|
 /// | cloister/scan        | robot  | reliable, last 32                        | shared memory where there is, UDP  |
 /// | cloister/odometry    | robot  | reliable, last 256                       | UDP: 72 bytes                      |
-/// | cloister/graph       | robot  | reliable, last 512                       | UDP: must not be lost in bursts    |
+/// | cloister/graph       | robot  | reliable, last 1024                      | UDP: must not be lost in bursts    |
 /// | cloister/sensor      | robot  | reliable, latched                        | UDP: latched and of any size       |
 /// | cloister/submaps     | mapper | reliable, latched                        | UDP                                |
 /// | cloister/diagnostics | mapper | reliable, last 1                         | UDP                                |

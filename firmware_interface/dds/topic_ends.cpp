@@ -15,7 +15,7 @@ constexpr dds_duration_t kMaxBlocking = DDS_MSECS(100);
 
 const TopicKind kScanTopic{"cloister/scan", &cloister_wire_OrganisedScan_desc, 32, false, true};
 const TopicKind kOdometryTopic{"cloister/odometry", &cloister_wire_Odometry_desc, 256};
-const TopicKind kGraphTopic{"cloister/graph", &cloister_wire_GraphPart_desc, 512};
+const TopicKind kGraphTopic{"cloister/graph", &cloister_wire_GraphPart_desc, 1024};
 const TopicKind kSensorTopic{"cloister/sensor", &cloister_wire_SensorDescription_desc, 1, true};
 const TopicKind kSubmapsTopic{"cloister/submaps", &cloister_wire_SubmapList_desc, 1, true};
 const TopicKind kDiagnosticsTopic{"cloister/diagnostics", &cloister_wire_Diagnostics_desc, 1};
