@@ -38,6 +38,9 @@ struct LoadedMap {
   [[nodiscard]] MapView view() const { return {info, store.get(), submap_ptrs}; }
 };
 
+/// A copy of what the submaps are and know, without their histories. Allocates as much as they take.
+[[nodiscard]] LoadedMap copy_map(const MapView& map);
+
 /// The submaps of a map by ascending id.
 [[nodiscard]] std::vector<const Submap*> sorted_submaps(const MapView& map);
 

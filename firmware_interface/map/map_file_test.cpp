@@ -57,6 +57,16 @@ void check_same(const Submap& a, const VoxelStore& store_a, const Submap& b,
   });
 }
 
+TEST_CASE("a copy of a map says what the map says, in memory of its own") {
+  MapBuilder map;
+  fill(map);
+  const LoadedMap copy = copy_map(map.view());
+  CHECK(map_hash(*copy.store, copy.submap_ptrs) == map_hash(map.store, map.view().submaps));
+  CHECK(copy.submaps.size() == map.view().submaps.size());
+  CHECK(copy.pools->blocks.num_free() == 0);
+  CHECK(copy.pools->chunks.num_free() == 0);
+}
+
 TEST_CASE("a map comes back from its file exactly as it was saved") {
   MapBuilder map;
   fill(map);

@@ -68,6 +68,42 @@ bool comes_before(const OrientedBox& a, const OrientedBox& b) {
   return before(a.R_M_S, b.R_M_S);
 }
 
+/// A hull's corners around a box's centre, as libccd sees them.
+struct HullBody {
+  std::span<const Eigen::Vector3d> corners;
+  Eigen::Vector3d origin;
+};
+
+Eigen::Vector3d farthest(const HullBody& body, const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d* best = &body.corners.front();
+  for (const Eigen::Vector3d& corner : body.corners) {
+    if (direction.dot(corner) > direction.dot(*best)) best = &corner;
+  }
+  return *best - body.origin;
+}
+
+void hull_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* corner) {
+  const Eigen::Vector3d p =
+      farthest(*static_cast<const HullBody*>(object),
+               {ccdVec3X(direction), ccdVec3Y(direction), ccdVec3Z(direction)});
+  ccdVec3Set(corner, p.x(), p.y(), p.z());
+}
+
+/// A box around the origin.
+struct CentredBox {
+  Eigen::Vector3d half_extents;
+  mutable Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+};
+
+void box_support(const void* object, const ccd_vec3_t* direction, ccd_vec3_t* corner) {
+  const CentredBox& box = *static_cast<const CentredBox*>(object);
+  box.direction = {ccdVec3X(direction), ccdVec3Y(direction), ccdVec3Z(direction)};
+  const auto side = [&](int axis) {
+    return box.direction(axis) < 0.0 ? -box.half_extents(axis) : box.half_extents(axis);
+  };
+  ccdVec3Set(corner, side(0), side(1), side(2));
+}
+
 }  // namespace
 
 bool boxes_disjoint(const OrientedBox& a, const OrientedBox& b) {
@@ -84,6 +120,29 @@ bool boxes_disjoint(const OrientedBox& a, const OrientedBox& b) {
   // GJK alone of libccd's searches neither allocates nor ignores the limit.
   const bool may_be_apart = ccdGJKIntersect(&body_1, &body_2, &search) == 0;
   return may_be_apart && separates(body_1.direction, first, second);
+}
+
+bool hull_and_box_disjoint(std::span<const Eigen::Vector3d> corners,
+                           const Eigen::AlignedBox3d& box) {
+  if (corners.empty() || box.isEmpty()) return true;
+  const HullBody hull{corners, box.center()};
+  const CentredBox centred{0.5 * box.sizes()};
+  ccd_t search;
+  CCD_INIT(&search);
+  search.support1 = hull_support;
+  search.support2 = box_support;
+  search.max_iterations = kMaxIterations;
+  if (ccdGJKIntersect(&hull, &centred, &search) != 0) return false;
+  // The last direction asked for is a hint in either sense.
+  for (const double sign : {1.0, -1.0}) {
+    const Eigen::Vector3d direction = sign * centred.direction;
+    const Eigen::Vector3d nearest = farthest(hull, -direction);
+    const double gap = direction.dot(nearest) - direction.cwiseAbs().dot(centred.half_extents);
+    const double scale =
+        direction.norm() * (nearest.norm() + hull.origin.norm() + centred.half_extents.sum());
+    if (gap > kRounding * scale) return true;
+  }
+  return false;
 }
 
 }  // namespace cloister

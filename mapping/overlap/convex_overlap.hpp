@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include "mapping/overlap/oriented_box.hpp"
 
 namespace cloister {
@@ -13,5 +15,10 @@ namespace cloister {
 ///         and (b, a)
 /// Threads: pure function. Real-time: no allocation, at most a fixed number of iterations.
 [[nodiscard]] bool boxes_disjoint(const OrientedBox& a, const OrientedBox& b);
+
+/// The same for the convex hull of some corners and a box along the axes of their frame.
+/// @param corners  in any order, inner points allowed, none: everything is apart from nothing
+[[nodiscard]] bool hull_and_box_disjoint(std::span<const Eigen::Vector3d> corners,
+                                         const Eigen::AlignedBox3d& box);
 
 }  // namespace cloister

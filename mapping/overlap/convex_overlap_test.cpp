@@ -8,6 +8,8 @@
 
 #include <doctest/doctest.h>
 
+#include "mapping/overlap/separating_axes_for_tests.hpp"
+
 namespace cloister {
 namespace {
 
@@ -15,38 +17,6 @@ using Eigen::AngleAxisd;
 using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-/// The widest gap [m] along the 15 axes of the separating-axis theorem: the boxes meet exactly when it is not
-/// positive. Slow and obvious, and nothing of it is shared with the code under test.
-double separating_axis_gap_m(const OrientedBox& a, const OrientedBox& b) {
-  std::vector<Vector3d> axes;
-  for (int i = 0; i < 3; ++i) {
-    axes.push_back(a.R_M_S.col(i));
-    axes.push_back(b.R_M_S.col(i));
-    for (int j = 0; j < 3; ++j) axes.push_back(a.R_M_S.col(i).cross(b.R_M_S.col(j)));
-  }
-  double widest_m = -std::numeric_limits<double>::infinity();
-  for (const Vector3d& axis : axes) {
-    if (axis.norm() < 1e-9) continue;  // parallel edges: the faces' normals cover them
-    const auto interval = [direction = axis.normalized().eval()](const OrientedBox& box) {
-      double low = std::numeric_limits<double>::infinity();
-      double high = -low;
-      for (int corner = 0; corner < 8; ++corner) {
-        const Vector3d sign((corner & 1) != 0 ? 1.0 : -1.0, (corner & 2) != 0 ? 1.0 : -1.0,
-                            (corner & 4) != 0 ? 1.0 : -1.0);
-        const double p =
-            direction.dot(box.centre_M + box.R_M_S * sign.cwiseProduct(box.half_extents_m));
-        low = std::min(low, p);
-        high = std::max(high, p);
-      }
-      return std::pair{low, high};
-    };
-    const auto [a_low, a_high] = interval(a);
-    const auto [b_low, b_high] = interval(b);
-    widest_m = std::max({widest_m, a_low - b_high, b_low - a_high});
-  }
-  return widest_m;
-}
 
 Vector3d random_vector(std::mt19937& random, double size) {
   std::uniform_real_distribution<double> uniform(-size, size);
