@@ -2,7 +2,9 @@
 
 #include <cloister_native.h>
 
+#include <memory>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include <dds/dds.h>
@@ -14,6 +16,9 @@ namespace {
 
 // A healthy daemon answers in 10 ms, a machine under load may take its time: within two seconds the choice is made.
 constexpr std::chrono::milliseconds kProbeTimeout{1500};
+
+// What ROS 2's tools look for in a participant's user data.
+constexpr std::string_view kUserData = "enclave=/;";
 
 }  // namespace
 
@@ -40,7 +45,10 @@ Result<DdsLink> DdsLink::open(const DdsOptions& options) {
   DdsLink link;
   link.domain_ = dds_create_domain(domain_id, xml.c_str());
   if (link.domain_ < 0) return failed(std::exchange(link.domain_, 0));
-  link.participant_ = dds_create_participant(domain_id, nullptr, nullptr);
+  const std::unique_ptr<dds_qos_t, decltype(&dds_delete_qos)> qos(dds_create_qos(),
+                                                                  &dds_delete_qos);
+  dds_qset_userdata(qos.get(), kUserData.data(), kUserData.size());
+  link.participant_ = dds_create_participant(domain_id, qos.get(), nullptr);
   if (link.participant_ < 0) return failed(std::exchange(link.participant_, 0));
   link.uses_shared_memory_ = daemon.is_usable;
   link.transport_ = daemon.is_usable

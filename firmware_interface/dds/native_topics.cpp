@@ -13,15 +13,6 @@ extern "C" {
 #include "firmware_interface/dds/wire_types.hpp"
 
 namespace cloister {
-namespace {
-
-/// Ends of a waitset: readable while something can be taken.
-void attach(dds_entity_t waitset, const DdsEntity& reader) {
-  const dds_entity_t condition = dds_create_readcondition(reader.handle(), DDS_ANY_STATE);
-  (void)dds_waitset_attach(waitset, condition, 0);
-}
-
-}  // namespace
 
 struct MapperTopics::Ends {
   DdsEntity scan, odometry, graph, sensor, save;
@@ -63,7 +54,7 @@ Result<MapperTopics> MapperTopics::open(const DdsLink& link) {
   ends->waitset = DdsEntity(dds_create_waitset(link.participant()));
   for (const DdsEntity* reader :
        {&ends->scan, &ends->odometry, &ends->graph, &ends->sensor, &ends->save}) {
-    attach(ends->waitset.handle(), *reader);
+    attach_reader(ends->waitset.handle(), *reader);
   }
   return MapperTopics(std::move(ends));
 }
@@ -196,19 +187,7 @@ Result<RobotTopics> RobotTopics::open(const DdsLink& link) {
 }
 
 bool RobotTopics::wait_for_mapper(std::chrono::milliseconds timeout) {
-  const dds_time_t deadline = dds_time() + DDS_MSECS(timeout.count());
-  const auto is_read = [](const DdsEntity& writer) {
-    dds_publication_matched_status_t status{};
-    return dds_get_publication_matched_status(writer.handle(), &status) == 0 &&
-           status.current_count > 0;
-  };
-  while (!is_read(ends_->scan) || !is_read(ends_->odometry) || !is_read(ends_->graph)) {
-    if (dds_time() >= deadline) return false;
-    dds_sleepfor(DDS_MSECS(10));
-  }
-  // The other side learns of the match on its own.
-  dds_sleepfor(DDS_MSECS(300));
-  return true;
+  return wait_for_readers({&ends_->scan, &ends_->odometry, &ends_->graph}, timeout);
 }
 
 bool RobotTopics::publish(const SensorDescription& sensor) {

@@ -1,13 +1,16 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
+#include <initializer_list>
+#include <string>
 #include <utility>
 
 #include <dds/dds.h>
 
 #include "mapping/core/result.hpp"
 
-/// Small owners around Cyclone's handles. For the sources of this folder only: everyone else sees plain types.
+/// Small owners around Cyclone's handles. For the sources of this room only: everyone else sees plain types.
 namespace cloister {
 
 /// Deletes an entity, and with it what was made on it.
@@ -40,7 +43,8 @@ struct TopicKind {
 
 /// All topics, in one place.
 extern const TopicKind kScanTopic, kOdometryTopic, kGraphTopic, kSensorTopic, kSubmapsTopic,
-    kDiagnosticsTopic, kSaveMapTopic, kSaveMapReplyTopic;
+    kDiagnosticsTopic, kSaveMapTopic, kSaveMapReplyTopic, kHullTopic, kHullReplyTopic, kBlocksTopic,
+    kBlocksReplyTopic, kResetTopic, kResetReplyTopic;
 
 /// Makes ends of topics on one participant and remembers the first failure.
 class EndMaker {
@@ -48,15 +52,26 @@ class EndMaker {
   explicit EndMaker(dds_entity_t participant) : participant_(participant) {}
   [[nodiscard]] DdsEntity reader(const TopicKind& kind);
   [[nodiscard]] DdsEntity writer(const TopicKind& kind);
+  /// An end of any topic.
+  [[nodiscard]] DdsEntity end(const std::string& name, const dds_topic_descriptor_t& descriptor,
+                              const dds_qos_t* qos, bool is_reader);
   [[nodiscard]] Result<void> outcome() const;
 
  private:
   [[nodiscard]] DdsEntity make(const TopicKind& kind, bool is_reader);
 
   dds_entity_t participant_;
-  const char* failed_ = nullptr;
+  std::string failed_;
   dds_return_t error_ = 0;
 };
+
+/// Lets a waitset end its wait while the reader has something.
+void attach_reader(dds_entity_t waitset, const DdsEntity& reader);
+
+/// Waits until each writer has a reader, and then until the other side, which learns of the match on its own, knows.
+/// @return false when the time was over first
+[[nodiscard]] bool wait_for_readers(std::initializer_list<const DdsEntity*> writers,
+                                    std::chrono::milliseconds timeout);
 
 /// Takes one sample of a type of fixed size, or one whose members `release` gives back.
 template <typename Message>

@@ -44,7 +44,8 @@ Result<TopicMeter> TopicMeter::open(const DdsLink& link) {
   EndMaker make(link.participant());
   for (const TopicKind* kind :
        {&kScanTopic, &kOdometryTopic, &kGraphTopic, &kSensorTopic, &kSubmapsTopic,
-        &kDiagnosticsTopic, &kSaveMapTopic, &kSaveMapReplyTopic}) {
+        &kDiagnosticsTopic, &kSaveMapTopic, &kSaveMapReplyTopic, &kHullTopic, &kHullReplyTopic,
+        &kBlocksTopic, &kBlocksReplyTopic, &kResetTopic, &kResetReplyTopic}) {
     ends->own.push_back({make.reader(*kind), kind->name, 0, 0});
   }
   if (auto made = make.outcome(); !made) return tl::unexpected(made.error());

@@ -16,11 +16,12 @@ constexpr Duration kOdometryMemory{300'000'000'000};
 
 }  // namespace
 
-LiveFeed::LiveFeed(const Config& config, const Pose& T_B_L, std::size_t max_pixels,
+LiveFeed::LiveFeed(const Config& config, const std::optional<Pose>& T_B_L, std::size_t max_pixels,
                    std::size_t max_columns)
     : config_(config.scan),
       max_wait_(Duration::from_seconds(config.scan.max_odometry_wait_s).ns),
-      placer_(config.scan, T_B_L),
+      has_T_B_L_(T_B_L.has_value()),
+      placer_(config.scan, T_B_L.value_or(Pose::Identity())),
       keeper_(config.fusion.default_information),
       newest_scan_{std::numeric_limits<std::int64_t>::min()} {
   // One to fill, and one that `next` has swapped for another.
@@ -30,6 +31,11 @@ LiveFeed::LiveFeed(const Config& config, const Pose& T_B_L, std::size_t max_pixe
   }
   spare_ = std::move(free_.back());
   free_.pop_back();
+}
+
+void LiveFeed::set_T_B_L(const Pose& T_B_L) {
+  placer_.set_T_B_L(T_B_L);
+  has_T_B_L_ = true;
 }
 
 bool LiveFeed::leaps(const StampedPose& from, const StampedPose& to) const {
@@ -91,8 +97,7 @@ void LiveFeed::push_scan(HostTime now) {
   Scan& scan = *spare_;
   counters_.add(FeedCause::kScans);
   scan.index = static_cast<std::uint64_t>(num_scans_read_++);
-  num_returns_read_ += static_cast<std::int64_t>(scan.ranges_mm.size()) -
-                       std::count(scan.ranges_mm.begin(), scan.ranges_mm.end(), 0U);
+  num_returns_read_ += num_returns(scan);
   const Duration offset = Duration::from_seconds(config_.stamp_offset_s);
   scan.stamp = scan.stamp + offset;
   scan.last_packet = scan.last_packet + offset;
@@ -115,6 +120,7 @@ void LiveFeed::drop_front(FeedCause cause) {
 }
 
 bool LiveFeed::odometry_reaches(SensorTime stamp) const {
+  if (!expects_odometry_) return true;
   const auto samples = placer_.odometry().samples();
   return !samples.empty() && samples.back().stamp >= stamp;
 }
@@ -122,7 +128,7 @@ bool LiveFeed::odometry_reaches(SensorTime stamp) const {
 bool LiveFeed::graph_is_due(HostTime now) const {
   if (graphs_.empty()) return false;
   const WaitingGraph& graph = graphs_.front();
-  if (has_waited(graph.arrived, now)) return true;
+  if (!expects_odometry_ || has_waited(graph.arrived, now)) return true;
   const bool has_scan = !scans_.empty() && scans_.front().scan->stamp >= graph.graph.stamp;
   return has_scan && odometry_reaches(graph.newest_node);
 }
@@ -141,7 +147,12 @@ LiveFeed::Item LiveFeed::next(HostTime now, Scan& scan) {
     WaitingScan& front = scans_.front();
     if (!graphs_.empty() && graphs_.front().graph.stamp <= front.scan->stamp) return Item::kNone;
     const bool is_last_chance = has_waited(front.arrived, now);
-    if (!is_last_chance && !odometry_reaches(front.scan->stamp)) return Item::kNone;
+    if (!is_last_chance && (!has_T_B_L_ || !odometry_reaches(front.scan->stamp)))
+      return Item::kNone;
+    if (!has_T_B_L_) {
+      drop_front(FeedCause::kScanWithoutSensorPose);
+      continue;
+    }
     switch (placer_.place(*front.scan)) {
       case ScanPlacer::Placement::kPlaced:
         scan_arrived_ = front.arrived;
@@ -168,7 +179,8 @@ LiveFeed::Item LiveFeed::next(HostTime now, Scan& scan) {
 std::int64_t LiveFeed::num_scans_dropped() const {
   const std::uint64_t dropped =
       counters_[FeedCause::kScanWithoutPose] + counters_[FeedCause::kScanWithoutNode] +
-      counters_[FeedCause::kScanOutOfOrder] + counters_[FeedCause::kScanWaitingTooMany];
+      counters_[FeedCause::kScanWithoutSensorPose] + counters_[FeedCause::kScanOutOfOrder] +
+      counters_[FeedCause::kScanWaitingTooMany];
   return static_cast<std::int64_t>(dropped);
 }
 

@@ -26,6 +26,7 @@ enum class FeedCause {
   kScans,
   kScanWithoutPose,
   kScanWithoutNode,
+  kScanWithoutSensorPose,
   kScanOutOfOrder,
   kScanWaitingTooMany,
   kOdometry,
@@ -36,12 +37,14 @@ enum class FeedCause {
   kCount,
 };
 
-constexpr std::array<CounterName, 10> counter_names(FeedCause) {
+constexpr std::array<CounterName, 11> counter_names(FeedCause) {
   return {
       {{"scans_received"},
        {"scan_without_pose", true},  // odometry did not come in time, or has a gap there
        {"scan_without_node", true},  // odometry has begun anew and no graph ties it to the map yet
-       {"scan_out_of_order", true},  // not younger than the one before
+       {"scan_without_sensor_pose",
+        true},                           // where the sensor sits on the body was not said in time
+       {"scan_out_of_order", true},      // not younger than the one before
        {"scan_waiting_too_many", true},  // the oldest of those that wait for their poses made room
        {"odometry_received"},
        {"odometry_backwards", true},
@@ -72,9 +75,14 @@ class LiveFeed {
 
   static constexpr std::size_t kMaxWaitingScans = 16;
 
-  /// @param T_B_L  the sensor in the frame whose poses odometry and graph hold
-  LiveFeed(const Config& config, const Pose& T_B_L, std::size_t max_pixels,
+  /// @param T_B_L  the sensor in the frame whose poses odometry and graph hold; nothing: scans wait for `set_T_B_L`
+  LiveFeed(const Config& config, const std::optional<Pose>& T_B_L, std::size_t max_pixels,
            std::size_t max_columns);
+
+  [[nodiscard]] bool has_T_B_L() const { return has_T_B_L_; }
+  void set_T_B_L(const Pose& T_B_L);
+  /// Nobody sends odometry: graphs leave at once, and a cloud waits for the node with its stamp.
+  void expect_no_odometry() { expects_odometry_ = false; }
 
   void push(const OdometrySample& sample);
   /// Takes a graph in; `placer` is asked for the odometry at its nodes when it leaves.
@@ -91,6 +99,10 @@ class LiveFeed {
   [[nodiscard]] HostTime scan_arrived() const { return scan_arrived_; }
 
   [[nodiscard]] std::size_t num_waiting_scans() const { return scans_.size(); }
+  /// The newest graph that has come, whether it has left or not.
+  [[nodiscard]] const PoseGraph& graph() const { return keeper_.graph(); }
+  /// Where the present odometry frame lies, as ScanPlacer says.
+  [[nodiscard]] const std::optional<Pose>& T_M_O() const { return placer_.T_M_O(); }
   [[nodiscard]] std::uint64_t graph_revision() const { return keeper_.revision(); }
   [[nodiscard]] std::int64_t num_scans_read() const { return num_scans_read_; }
   [[nodiscard]] std::int64_t num_returns_read() const { return num_returns_read_; }
@@ -120,6 +132,8 @@ class LiveFeed {
 
   ScanConfig config_;
   std::chrono::nanoseconds max_wait_;
+  bool has_T_B_L_;
+  bool expects_odometry_ = true;
   ScanPlacer placer_;
   GraphKeeper keeper_;
   std::optional<std::uint64_t> odometry_session_;

@@ -94,6 +94,21 @@ TEST_CASE("a graph leaves before the first scan that is not older, whichever cam
   CHECK(robot.out.node == 0);
 }
 
+TEST_CASE("the odometry frame lies where the newest node of the graph says") {
+  Robot robot;
+  REQUIRE(robot.feed.T_M_O());
+  CHECK(robot.feed.T_M_O()->isApprox(Pose::Identity()));
+  robot.odometry(0, 1000);
+  robot.scan(600);
+  robot.feed.push(graph(1, 350, {{0, 100}, {1, 300}}), kStart);
+  REQUIRE(robot.next() == Item::kGraph);
+  // Nodes lie at 100 m; odometry was at 0.3 m at the newest of them.
+  REQUIRE(robot.feed.T_M_O());
+  CHECK(robot.feed.T_M_O()->translation().x() == doctest::Approx(99.7));
+  robot.odometry(1010, 1020, 50, 2);
+  CHECK_FALSE(robot.feed.T_M_O());
+}
+
 TEST_CASE("a graph does not wait for ever for a scan that never comes") {
   Robot robot;
   robot.odometry(0, 1000);
@@ -137,6 +152,48 @@ TEST_CASE("a stamp offset brings the sensor's clock to that of odometry") {
   robot.scan(600);
   REQUIRE(robot.next() == Item::kScan);
   CHECK(robot.out.poses.back().T_R_L.translation().x() == doctest::Approx(0.5));
+}
+
+TEST_CASE("a scan waits for the sensor's place on the body as it does for its pose") {
+  Robot robot;
+  robot.feed = LiveFeed(Config(), std::nullopt, 64, 8);
+  robot.odometry(0, 500);
+  robot.scan(300);
+  CHECK(robot.next() == Item::kNone);
+  SUBCASE("it is said in time") {
+    robot.feed.set_T_B_L(at_x(2));
+    REQUIRE(robot.next() == Item::kScan);
+    REQUIRE(robot.out.T_O_L);
+    CHECK(robot.out.T_O_L->translation().x() == doctest::Approx(2.3));
+  }
+  SUBCASE("it is not") {
+    CHECK(robot.next(kStart + 500ms) == Item::kNone);
+    CHECK(robot.count(FeedCause::kScanWithoutSensorPose) == 1);
+    CHECK(robot.feed.num_scans_dropped() == 1);
+  }
+}
+
+TEST_CASE("without odometry a cloud waits for the node with its stamp, whenever the graph comes") {
+  Robot robot;
+  robot.feed.expect_no_odometry();
+  const auto cloud = [&](std::int64_t stamp_ms) {
+    Scan& scan = robot.feed.scan_to_fill();
+    scan.kind = Scan::Kind::kCloud;
+    scan.stamp = scan.last_packet = SensorTime{stamp_ms * kMs};
+    scan.points_L.assign(3, Eigen::Vector3f(1, 0, 0));
+    robot.feed.push_scan(kStart);
+  };
+  cloud(300);
+  CHECK(robot.next() == Item::kNone);
+  robot.feed.push(graph(1, 900, {{0, 100}, {1, 300}}), kStart + 100ms);
+  REQUIRE(robot.next(kStart + 100ms) == Item::kGraph);
+  REQUIRE(robot.next(kStart + 100ms) == Item::kScan);
+  CHECK(robot.out.node == 1);
+  CHECK(robot.feed.num_returns_read() == 3);
+  cloud(700);  // no node ever gets its stamp
+  CHECK(robot.next(kStart + 499ms) == Item::kNone);
+  CHECK(robot.next(kStart + 500ms) == Item::kNone);
+  CHECK(robot.count(FeedCause::kScanWithoutPose) == 1);
 }
 
 TEST_CASE("scans that repeat or go back are dropped and counted") {

@@ -7,6 +7,7 @@
 #include "firmware_interface/files/read_file.hpp"
 #include "firmware_interface/files/tum_file.hpp"
 #include "firmware_interface/mission/scan_placer.hpp"
+#include "firmware_interface/ouster/ouster_geometry.hpp"
 
 namespace cloister {
 namespace {
@@ -36,6 +37,7 @@ Result<void> MissionPlayer::open_files() {
   auto metadata = parse_metadata(metadata_json_, folder_.metadata_path.string());
   if (!metadata) return tl::unexpected(metadata.error());
   metadata_ = std::move(*metadata);
+  geometry_ = make_geometry(*metadata_);
   auto source = PcapSource::open(folder_.packets_path);
   if (!source) return tl::unexpected(source.error());
   source_.emplace(std::move(*source));
@@ -62,6 +64,7 @@ Result<void> MissionPlayer::find_lidar_item() {
   has_lidar_item_ = true;
   while (true) {
     if (lidar_ == Lidar::kScans && assembler_->take(next_scan_)) {
+      next_scan_.geometry = &geometry_;
       lidar_due_ = std::max(next_scan_.stamp, next_scan_.last_packet);
       return {};
     }

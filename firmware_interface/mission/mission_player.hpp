@@ -61,6 +61,7 @@ class MissionPlayer {
   Lidar lidar_;
   std::string metadata_json_;
   std::optional<SensorMetadata> metadata_;
+  ScanGeometry geometry_;
   std::optional<PcapSource> source_;
   std::optional<ScanAssembler> assembler_;
   std::optional<PacketDecoder> decoder_;

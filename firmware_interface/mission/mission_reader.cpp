@@ -1,7 +1,5 @@
 #include "firmware_interface/mission/mission_reader.hpp"
 
-#include <algorithm>
-#include <iterator>
 #include <system_error>
 
 #include "firmware_interface/files/pcd_file.hpp"
@@ -156,8 +154,7 @@ Result<bool> MissionReader::read_packets() {
     }
   }
   pending_.geometry = &geometry_;
-  num_returns_read_ += static_cast<std::int64_t>(pending_.ranges_mm.size()) -
-                       std::count(pending_.ranges_mm.begin(), pending_.ranges_mm.end(), 0u);
+  num_returns_read_ += num_returns(pending_);
   return true;
 }
 
@@ -177,11 +174,7 @@ Result<bool> MissionReader::read_cloud() {
 Result<bool> MissionReader::read_bag() {
   auto found = bag_->next_cloud(pending_);
   if (!found || !*found) return found;
-  num_returns_read_ +=
-      pending_.kind == Scan::Kind::kCloud
-          ? std::ssize(pending_.points_L)
-          : std::ssize(pending_.ranges_mm) -
-                std::count(pending_.ranges_mm.begin(), pending_.ranges_mm.end(), 0u);
+  num_returns_read_ += num_returns(pending_);
   return true;
 }
 

@@ -31,11 +31,13 @@ void ScanPlacer::restart_odometry() {
   odometry_ = OdometryBuffer();
   ++odometry_frame_;
   for (KnownNode& node : nodes_) node.T_O_N.reset();
+  T_M_O_.reset();
 }
 
 void ScanPlacer::complete(GraphRevision& revision) {
   has_graph_ = true;
   nodes_.clear();
+  SensorTime newest;
   revision.T_O_N.clear();
   for (const GraphNode& node : revision.graph.nodes) {
     auto known = node_odometry_.find(node.id);
@@ -55,6 +57,10 @@ void ScanPlacer::complete(GraphRevision& revision) {
     // What was mapped before the first graph lies in the first frame.
     revision.T_O_N.push_back(T_O_N_in(0));
     nodes_.push_back({node.stamp, node.id, T_O_N_in(odometry_frame_)});
+    if (const auto& T_O_N = nodes_.back().T_O_N; T_O_N && node.stamp >= newest) {
+      newest = node.stamp;
+      T_M_O_ = node.T_M_N * T_O_N->inverse();
+    }
   }
   std::stable_sort(nodes_.begin(), nodes_.end(),
                    [](const KnownNode& a, const KnownNode& b) { return a.stamp < b.stamp; });
@@ -115,6 +121,12 @@ ScanPlacer::Placement ScanPlacer::place(Scan& scan) const {
   scan.T_O_L = scan.poses.back().T_R_L * T_B_L_;
   for (PoseSample& sample : scan.poses) sample.T_R_L = T_R_O * sample.T_R_L * T_B_L_;
   return Placement::kPlaced;
+}
+
+std::int64_t num_returns(const Scan& scan) {
+  if (scan.kind == Scan::Kind::kCloud) return static_cast<std::int64_t>(scan.points_L.size());
+  return static_cast<std::int64_t>(scan.ranges_mm.size()) -
+         std::count(scan.ranges_mm.begin(), scan.ranges_mm.end(), 0U);
 }
 
 }  // namespace cloister

@@ -42,6 +42,9 @@ class ScanPlacer {
   /// @param T_B_L  the sensor in the frame whose poses odometry and graph hold
   ScanPlacer(const ScanConfig& config, const Pose& T_B_L) : config_(config), T_B_L_(T_B_L) {}
 
+  /// Before the first scan is placed.
+  void set_T_B_L(const Pose& T_B_L) { T_B_L_ = T_B_L; }
+
   [[nodiscard]] OdometryBuffer& odometry() { return odometry_; }
   [[nodiscard]] const OdometryBuffer& odometry() const { return odometry_; }
   /// Forgets all odometry: what comes next is in another frame.
@@ -49,6 +52,10 @@ class ScanPlacer {
 
   /// Completes a revision: odometry at its nodes, and which of its loop closures are new. Its nodes serve from now on.
   void complete(GraphRevision& revision);
+
+  /// Where the present odometry frame lies: by the newest node whose odometry is known. Identity while there was no
+  /// graph; nothing when odometry has begun anew since.
+  [[nodiscard]] const std::optional<Pose>& T_M_O() const { return T_M_O_; }
 
   /// Fills node, poses and T_O_L. A scan that is not placed keeps none of them.
   [[nodiscard]] Placement place(Scan& scan) const;
@@ -73,10 +80,14 @@ class ScanPlacer {
   OdometryBuffer odometry_;
   int odometry_frame_ = 0;  ///< counts how often odometry has begun anew
   bool has_graph_ = false;
+  std::optional<Pose> T_M_O_ = Pose::Identity();
   std::vector<KnownNode> nodes_;  ///< of the newest revision, by stamp
   /// Odometry is forgotten in time, nodes come again with every revision.
   std::unordered_map<NodeId, NodeOdometry> node_odometry_;
   std::set<std::pair<NodeId, NodeId>> known_loops_;
 };
+
+/// Returns in a scan, whatever their range.
+[[nodiscard]] std::int64_t num_returns(const Scan& scan);
 
 }  // namespace cloister

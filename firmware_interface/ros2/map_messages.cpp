@@ -135,12 +135,17 @@ Result<Message<OctomapMessage>> octomap_message(const MessageHeader& header, con
                                                 bool with_log_odds) {
   const Result<std::string> data = octomap_data(map, with_log_odds);
   if (!data) return tl::unexpected(data.error());
+  return octomap_message(header, map.info.voxel_size_m, *data, with_log_odds);
+}
+
+Message<OctomapMessage> octomap_message(const MessageHeader& header, double voxel_size_m,
+                                        std::string_view data, bool with_log_odds) {
   Message<OctomapMessage> message;
   set_header(message->header, header.stamp, header.frame_id);
   message->binary = !with_log_odds;
   set_text(message->id, "OcTree");
-  message->resolution = map.info.voxel_size_m;
-  std::memcpy(make_elements(message->data, data->size()), data->data(), data->size());
+  message->resolution = voxel_size_m;
+  std::memcpy(make_elements(message->data, data.size()), data.data(), data.size());
   return message;
 }
 

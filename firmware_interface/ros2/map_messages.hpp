@@ -1,44 +1,17 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
-#include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
-
-#include <Eigen/Geometry>
 
 #include "firmware_interface/map/map_contents.hpp"
 #include "firmware_interface/ros2/cdr_message.hpp"
+#include "firmware_interface/ros2/map_parts.hpp"
 #include "mapping/core/pose.hpp"
 #include "mapping/core/result.hpp"
 #include "mapping/core/time.hpp"
-#include "mapping/submap/submap.hpp"
 
 /// What the map tells ROS 2: pure functions from the project's types to messages. All allocate; none keeps anything.
 namespace cloister::ros2 {
-
-/// When a message speaks of, and the frame that its coordinates are in.
-struct MessageHeader {
-  SensorTime stamp;
-  std::string_view frame_id;
-};
-
-/// A submap as a viewer shows it.
-struct SubmapMarker {
-  SubmapId id = kNoSubmap;
-  Pose T_M_S = Pose::Identity();
-  Eigen::AlignedBox3d bounds_S;  ///< of what it knows; an empty one is not drawn
-  Eigen::Vector3d root_M = Eigen::Vector3d::Zero();  ///< its root node
-  bool is_active = false;                            ///< drawn more solid
-};
-
-/// A loop closure, from node to node.
-struct LoopMarker {
-  Eigen::Vector3d from_M = Eigen::Vector3d::Zero();
-  Eigen::Vector3d to_M = Eigen::Vector3d::Zero();
-};
 
 /// Boxes (`submaps`), their ids as text (`ids`), spheres at their roots (`roots`) and one list of lines (`loops`).
 /// The first marker deletes all others, so that what was fused since the last message goes.
@@ -62,15 +35,10 @@ struct LoopMarker {
                                                               const MapView& map,
                                                               bool with_log_odds);
 
-/// diagnostic_msgs/DiagnosticStatus.
-struct Diagnostic {
-  enum class Level : std::uint8_t { kOk = 0, kWarning = 1, kError = 2, kStale = 3 };
-  Level level = Level::kOk;
-  std::string name;
-  std::string message;
-  std::string hardware_id;
-  std::vector<std::pair<std::string, std::string>> values;
-};
+/// The same from what octomap_data has written.
+[[nodiscard]] Message<OctomapMessage> octomap_message(const MessageHeader& header,
+                                                      double voxel_size_m, std::string_view data,
+                                                      bool with_log_odds);
 
 [[nodiscard]] Message<DiagnosticArray> diagnostics_message(SensorTime stamp,
                                                            std::span<const Diagnostic> statuses);

@@ -37,6 +37,12 @@ std::optional<PoseGraph> PathDecoder::poses_of(const Path& message, MessageCount
   return graph;
 }
 
+std::string warning_without_covariances(const std::string& topic) {
+  return topic +
+         " has no covariances: the uncertainty check is unavailable, and "
+         "fusion.fuse_without_covariance decides in its place";
+}
+
 std::optional<PoseGraph> PathDecoder::graph(const Path& message, MessageCounters& counters) {
   std::optional<PoseGraph> graph = poses_of(message, counters);
   if (!graph) return graph;

@@ -36,4 +36,7 @@ class PathDecoder {
   std::map<SensorTime, NodeId> ids_;
 };
 
+/// What to say of a trajectory's topic when it is used.
+[[nodiscard]] std::string warning_without_covariances(const std::string& topic);
+
 }  // namespace cloister::ros2

@@ -8,6 +8,7 @@ namespace cloister::ros2 {
 using Color = std_msgs_msg_dds__ColorRGBA_;
 using DiagnosticArray = diagnostic_msgs_msg_dds__DiagnosticArray_;
 using DiagnosticStatus = diagnostic_msgs_msg_dds__DiagnosticStatus_;
+using Empty = std_msgs_msg_dds__Empty_;
 using Header = std_msgs_msg_dds__Header_;
 using Marker = visualization_msgs_msg_dds__Marker_;
 using MarkerArray = visualization_msgs_msg_dds__MarkerArray_;
@@ -28,6 +29,10 @@ template <typename Topic>
 template <>
 inline const dds_topic_descriptor_t& descriptor<DiagnosticArray>() {
   return diagnostic_msgs_msg_dds__DiagnosticArray__desc;
+}
+template <>
+inline const dds_topic_descriptor_t& descriptor<Empty>() {
+  return std_msgs_msg_dds__Empty__desc;
 }
 template <>
 inline const dds_topic_descriptor_t& descriptor<MarkerArray>() {

@@ -88,9 +88,7 @@ Result<RosbagMission> RosbagMission::open(const std::filesystem::path& path,
     return tl::unexpected(found.error());
   }
   if (!mission.paths_.empty()) {
-    mission.warnings_.push_back(*trajectory +
-                                " has no covariances: the uncertainty check is unavailable, and "
-                                "fusion.fuse_without_covariance decides in its place");
+    mission.warnings_.push_back(warning_without_covariances(*trajectory));
   }
   return mission;
 }

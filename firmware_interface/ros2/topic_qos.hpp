@@ -15,15 +15,15 @@ struct TopicQos {
   int depth = 1;
 };
 
-// ROS 2's own profiles. A writer that offers less than a reader asks for is not heard, so that readers of what we do
-// not publish ourselves take kSensorData, which matches everything.
+// ROS 2's own profiles. A writer that offers less than a reader asks for is not heard: best effort and volatile hears all.
 inline constexpr TopicQos kSensorData{false, false, 5};
 inline constexpr TopicQos kDefaultTopic{true, false, 10};
 inline constexpr TopicQos kLatchedTopic{true, true, 1};
 
-/// The profile of each topic that Cloister reads or writes.
-inline constexpr TopicQos kPointCloudInput = kSensorData;
-inline constexpr TopicQos kOdometryInput = kSensorData;
+/// The profile of each topic that Cloister reads or writes. How much a reader keeps is its own affair: more than usual,
+/// since the mapper stands still while it saves.
+inline constexpr TopicQos kPointCloudInput{false, false, 16};
+inline constexpr TopicQos kOdometryInput{false, false, 512};
 inline constexpr TopicQos kPathInput = kDefaultTopic;
 inline constexpr TopicQos kStaticTransformsInput{true, true, 100};
 inline constexpr TopicQos kMarkersOutput = kLatchedTopic;
@@ -31,9 +31,7 @@ inline constexpr TopicQos kOccupiedCloudOutput = kLatchedTopic;
 inline constexpr TopicQos kTransformsOutput{true, false, 100};
 inline constexpr TopicQos kOctomapOutput = kLatchedTopic;
 inline constexpr TopicQos kDiagnosticsOutput = kDefaultTopic;
-
-/// User data of a participant that ROS 2's tools want to see.
-inline constexpr std::string_view kParticipantUserData = "enclave=/;";
+inline constexpr TopicQos kRequestInput = kSensorData;
 
 struct QosDeleter {
   void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }

@@ -29,6 +29,7 @@ TEST_CASE("types are called as ROS 2 calls them, and carry no type information")
   check_type<TFMessage>("tf2_msgs::msg::dds_::TFMessage_");
   check_type<MarkerArray>("visualization_msgs::msg::dds_::MarkerArray_");
   check_type<DiagnosticArray>("diagnostic_msgs::msg::dds_::DiagnosticArray_");
+  check_type<Empty>("std_msgs::msg::dds_::Empty_");
   check_type<OctomapMessage>("octomap_msgs::msg::dds_::Octomap_");
 }
 

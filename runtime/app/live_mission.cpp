@@ -17,23 +17,53 @@ namespace {
 constexpr std::chrono::milliseconds kPacketWait{5};
 constexpr std::chrono::milliseconds kTopicWait{20};
 
+/// The largest scan that may come.
+Pipeline::Options capacity_for(const LiveMission::Parts& parts, const ScanGeometry& geometry,
+                               const ProgramConfig& config) {
+  Pipeline::Options capacity;
+  capacity.max_scan_pixels = parts.drivers ? static_cast<std::size_t>(config.map.scan.max_points)
+                                           : geometry.direction_L.size();
+  capacity.max_scan_columns = parts.drivers ? ros2::DriverListener::kMaxColumns
+                                            : static_cast<std::size_t>(geometry.num_columns);
+  capacity.max_scan_poses = ScanPlacer::kMaxPoses;
+  return capacity;
+}
+
 }  // namespace
 
 LiveMission::LiveMission(Parts parts, const ProgramConfig& config)
     : parts_(std::move(parts)),
-      geometry_(make_geometry(parts_.metadata)),
-      feed_(config.map, parts_.T_pose_sensor, geometry_.direction_L.size(),
-            static_cast<std::size_t>(geometry_.num_columns)) {
+      config_(config),
+      geometry_(parts_.drivers ? ScanGeometry() : make_geometry(parts_.metadata)) {
   if (parts_.socket) assembler_.emplace(parts_.metadata);
-  Pipeline::Options capacity;
-  capacity.max_scan_pixels = geometry_.direction_L.size();
-  capacity.max_scan_columns = static_cast<std::size_t>(geometry_.num_columns);
-  capacity.max_scan_poses = ScanPlacer::kMaxPoses;
-  ProgramConfig sized = config;
+  begin();
+}
+
+void LiveMission::begin() {
+  // In the order in which they know each other, and one pipeline's memory before another's.
+  service_.reset();
+  status_.reset();
+  ros2_.reset();
+  pipeline_.reset();
+  const Pipeline::Options capacity = capacity_for(parts_, geometry_, config_);
+  feed_.emplace(config_.map, parts_.T_pose_sensor, capacity.max_scan_pixels,
+                capacity.max_scan_columns);
+  if (!parts_.expects_odometry) feed_->expect_no_odometry();
+  ProgramConfig sized = config_;
   sized.map.scan.max_points = static_cast<int>(capacity.max_scan_pixels);
   next_.reserve(capacity.max_scan_pixels, capacity.max_scan_columns, capacity.max_scan_poses);
   pipeline_.emplace(sized, capacity);
-  status_.emplace(*parts_.topics, *pipeline_, parts_.link->uses_shared_memory());
+  if (parts_.ros2_map != nullptr) {
+    ros2_.emplace(
+        *parts_.ros2_map, *pipeline_,
+        Ros2Publisher::Options{config_.ros2.map_frame, config_.ros2.odometry_frame,
+                               config_.ros2.publish_transform, config_.ros2.octomap_radius_m});
+  }
+  status_.emplace(*parts_.topics, ros2_ ? &*ros2_ : nullptr, *pipeline_,
+                  parts_.link->uses_shared_memory());
+  // The clock of the wall tells this map's changes from those of any other.
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  service_.emplace(*parts_.requests, *pipeline_, static_cast<std::uint64_t>(now.count()));
 }
 
 void LiveMission::step() {
@@ -45,7 +75,12 @@ void LiveMission::step() {
   collect(now);
   feed_pipeline(now);
   answer_requests();
-  status_->publish_if_due(now, feed_, counts(true));
+  service_->serve(now, *feed_);
+  if (ros2_) {
+    ros2_->publish_transform(*feed_);
+    ros2_->serve_octomap();
+  }
+  status_->publish_if_due(now, *feed_, counts(true));
 }
 
 void LiveMission::collect(Clock::time_point now) {
@@ -55,6 +90,10 @@ void LiveMission::collect(Clock::time_point now) {
 }
 
 void LiveMission::wait() {
+  if (parts_.drivers) {
+    parts_.drivers->wait(kTopicWait);
+    return;
+  }
   if (!parts_.socket) {
     parts_.topics->wait(kTopicWait);
     return;
@@ -64,9 +103,13 @@ void LiveMission::wait() {
 }
 
 void LiveMission::take_in(Clock::time_point now) {
+  if (parts_.drivers) {
+    take_from_drivers(now);
+    return;
+  }
   // Odometry before graphs: what a graph's nodes need was sent before it.
-  for (OdometrySample sample; parts_.topics->take(sample);) feed_.push(sample);
-  for (GraphUpdate update; parts_.topics->take(update);) feed_.push(update, now);
+  for (OdometrySample sample; parts_.topics->take(sample);) feed_->push(sample);
+  for (GraphUpdate update; parts_.topics->take(update);) feed_->push(update, now);
   // Told again by a publisher that began anew: what a sensor is does not change within a mission.
   for (SensorDescription known; parts_.topics->take(known);) {
   }
@@ -74,10 +117,20 @@ void LiveMission::take_in(Clock::time_point now) {
     take_packets(now);
     return;
   }
-  while (parts_.topics->take(feed_.scan_to_fill(), geometry_.num_beams, geometry_.num_columns)) {
-    feed_.scan_to_fill().geometry = &geometry_;
-    feed_.push_scan(now);
+  while (parts_.topics->take(feed_->scan_to_fill(), geometry_.num_beams, geometry_.num_columns)) {
+    feed_->scan_to_fill().geometry = &geometry_;
+    feed_->push_scan(now);
   }
+}
+
+void LiveMission::take_from_drivers(Clock::time_point now) {
+  ros2::DriverListener& drivers = *parts_.drivers;
+  for (OdometrySample sample; drivers.take(sample);) feed_->push(sample);
+  for (GraphUpdate update; drivers.take(update);) feed_->push(update, now);
+  while (drivers.take(feed_->scan_to_fill())) feed_->push_scan(now);
+  // Asked for even when nobody needs it: what comes is to be taken.
+  const auto T_body_cloud = drivers.T_body_cloud();
+  if (T_body_cloud && !feed_->has_T_B_L()) feed_->set_T_B_L(*T_body_cloud);
 }
 
 void LiveMission::take_packets(Clock::time_point now) {
@@ -89,21 +142,21 @@ void LiveMission::take_packets(Clock::time_point now) {
 }
 
 void LiveMission::take_assembled(Clock::time_point now) {
-  while (assembler_->take(feed_.scan_to_fill())) {
-    feed_.scan_to_fill().geometry = &geometry_;
-    feed_.push_scan(now);
+  while (assembler_->take(feed_->scan_to_fill())) {
+    feed_->scan_to_fill().geometry = &geometry_;
+    feed_->push_scan(now);
   }
 }
 
 void LiveMission::feed_pipeline(Clock::time_point now) {
   while (true) {
-    const LiveFeed::Item item = feed_.next(now, next_);
+    const LiveFeed::Item item = feed_->next(now, next_);
     if (item == LiveFeed::Item::kNone) return;
     if (item == LiveFeed::Item::kGraph) {
-      pipeline_->submit(feed_.take_graph());
+      pipeline_->submit(feed_->take_graph());
     } else if (Scan* slot = pipeline_->try_take_slot()) {
       std::swap(*slot, next_);
-      pipeline_->submit(slot, feed_.scan_arrived());
+      pipeline_->submit(slot, feed_->scan_arrived());
     } else {
       pipeline_->drop(next_, "scan_late");
     }
@@ -125,6 +178,11 @@ void LiveMission::answer_requests() {
     }
     parts_.topics->publish(reply);
   }
+  if (const auto reset = service_->take_reset()) {
+    ++num_resets_;
+    begin();
+    parts_.requests->publish(ResetReply{reset->id});
+  }
 }
 
 void LiveMission::finish() {
@@ -134,9 +192,10 @@ void LiveMission::finish() {
   pipeline_->finish();
   MissionRecord& record = pipeline_->record();
   record.mission = "live";
-  record.scans_read = feed_.num_scans_read();
-  record.scans_dropped += feed_.num_scans_dropped();
-  record.counters["returns_read"] = feed_.num_returns_read();
+  record.scans_read = feed_->num_scans_read();
+  record.scans_dropped += feed_->num_scans_dropped();
+  if (num_resets_ > 0) record.counters["resets"] = num_resets_;
+  record.counters["returns_read"] = feed_->num_returns_read();
   for (const auto& [name, count] : counts(false)) record.counters[name] += count;
   for (const auto& [name, count] : counts(true)) record.drops[name] += count;
 }
@@ -151,10 +210,13 @@ std::map<std::string, std::int64_t> LiveMission::counts(bool only_drops) const {
         counts[std::string(kNames[i].name)] += static_cast<std::int64_t>(count);
     }
   };
-  add(feed_.counters());
-  add(feed_.graph_counters());
+  if (ros2_ && only_drops && ros2_->num_refused() > 0)
+    counts["ros2_output_refused"] = ros2_->num_refused();
+  add(feed_->counters());
+  add(feed_->graph_counters());
   add(parts_.topics->counters());
   if (parts_.socket) add(parts_.socket->counters());
+  if (parts_.drivers) add(parts_.drivers->counters());
   if (assembler_) add(assembler_->counters());
   return counts;
 }

@@ -18,11 +18,16 @@ Result<LiveSettings> live_settings(const ProgramConfig& config) {
     return fail(ErrorKind::kUsage,
                 "dds.shared_memory = \"" + dds.shared_memory + "\": must be auto, on or off");
   }
-  settings.from_sensor = config.sensor.source == "udp";
-  if (!settings.from_sensor && config.sensor.source != "dds") {
+  if (config.sensor.source == "udp") {
+    settings.source = LiveSettings::Source::kSensor;
+  } else if (config.sensor.source == "ros2") {
+    settings.source = LiveSettings::Source::kRos2;
+  } else if (config.sensor.source != "dds") {
     return fail(ErrorKind::kUsage,
-                "sensor.source = \"" + config.sensor.source + "\": must be dds or udp");
+                "sensor.source = \"" + config.sensor.source + "\": must be dds, udp or ros2");
   }
+  settings.ros2_topics = {config.ros2.points_topic, config.ros2.odometry_topic,
+                          config.ros2.path_topic, config.ros2.static_transforms_topic};
   if (!config.sensor.T_pose_sensor.empty()) {
     std::istringstream text(config.sensor.T_pose_sensor);
     double v[7];

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "firmware_interface/dds/dds_options.hpp"
+#include "firmware_interface/ros2/driver_topics.hpp"
 #include "mapping/core/pose.hpp"
 #include "mapping/core/result.hpp"
 #include "runtime/runtime_config.hpp"
@@ -12,7 +13,9 @@ namespace cloister {
 /// What the texts of a live mission's settings mean.
 struct LiveSettings {
   DdsOptions dds;
-  bool from_sensor = false;  ///< scans come straight from the sensor
+  enum class Source { kDds, kSensor, kRos2 };
+  Source source = Source::kDds;  ///< of scans; with kRos2 of odometry and graphs as well
+  ros2::DriverTopicNames ros2_topics;
   std::optional<Pose> T_pose_sensor;
 };
 

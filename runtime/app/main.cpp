@@ -103,7 +103,10 @@ int run(int argc, char** argv) {
   play_command->add_option("--start", play.start_s, "where to begin, seconds into the mission")
       ->type_name("S")
       ->check(CLI::Range(0.0, 1e6));
-  play_command->add_flag("--udp", play.raw_packets, "send the sensor's packets in place of scans over DDS");
+  CLI::Option* as_packets =
+      play_command->add_flag("--udp", play.raw_packets, "send the sensor's packets in place of scans over DDS");
+  play_command->add_flag("--ros2", play.as_ros2, "publish what drivers under ROS 2 would: clouds, odometry, path, tf_static")
+      ->excludes(as_packets);
   play_command->add_option("--host", play.host, "where to send packets")->type_name("HOST");
   play_command->add_option("--port", play.port, "which port to send packets to")->type_name("PORT")->check(CLI::Range(1, 65535));
   source.add_to(*play_command);

@@ -8,14 +8,11 @@
 #include "firmware_interface/output/mission_output.hpp"
 
 namespace cloister {
-namespace {
 
-MapView view_of(const Pipeline& pipeline, const std::vector<const Submap*>& submaps) {
+MapView view_of(const Pipeline& pipeline, std::span<const Submap* const> submaps) {
   const VoxelConfig& voxel = pipeline.record().config.voxel;
   return {{voxel.voxel_size_m, voxel.log_odds_min, voxel.log_odds_max}, &pipeline.store(), submaps};
 }
-
-}  // namespace
 
 Result<void> write_outputs(const Pipeline& pipeline, const std::filesystem::path& out) {
   std::error_code error;

@@ -1,11 +1,16 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 
+#include "firmware_interface/map/map_contents.hpp"
 #include "mapping/core/result.hpp"
 #include "runtime/pipeline.hpp"
 
 namespace cloister {
+
+/// These submaps of the pipeline's as a map.
+[[nodiscard]] MapView view_of(const Pipeline& pipeline, std::span<const Submap* const> submaps);
 
 /// Writes everything that a mission leaves behind. After Pipeline::finish(). Each file appears whole or not at all.
 [[nodiscard]] Result<void> write_outputs(const Pipeline& pipeline,

@@ -14,6 +14,8 @@ struct PlayOptions {
   double start_s = 0.0;  ///< of the mission, where to begin
   bool raw_packets =
       false;  ///< scans as the sensor's packets, to `host` and `port`, in place of DDS
+  bool as_ros2 =
+      false;  ///< with the topics and messages of ROS 2's drivers in place of Cloister's own
   std::string host = "127.0.0.1";
   int port = 7502;
 };

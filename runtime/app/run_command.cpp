@@ -86,8 +86,11 @@ Result<void> run_live(const RunOptions& options, const ProgramConfig& config) {
   LiveMission::Parts parts;
   parts.link = &*link;
   parts.topics = &*topics;
+  auto requests = MapRequests::open(*link);
+  if (!requests) return tl::unexpected(requests.error());
+  parts.requests = &*requests;
   parts.out = options.out;
-  if (settings->from_sensor) {
+  if (settings->source == LiveSettings::Source::kSensor) {
     auto socket =
         UdpSource::open({static_cast<std::uint16_t>(config.sensor.port), config.sensor.address,
                          static_cast<int>(config.sensor.receive_buffer_bytes)});
@@ -96,11 +99,29 @@ Result<void> run_live(const RunOptions& options, const ProgramConfig& config) {
   }
   // Whoever publishes may wait for this; that nobody does is no failure to start.
   manager.ready();
-  auto sensor = find_sensor(config, *settings, *topics, manager);
-  if (!sensor) return tl::unexpected(sensor.error());
-  if (!*sensor) return outcome({}, options.out);
-  parts.metadata = std::move((*sensor)->metadata);
-  parts.T_pose_sensor = (*sensor)->T_pose_sensor;
+  if (settings->source == LiveSettings::Source::kRos2) {
+    auto drivers =
+        ros2::DriverListener::open(*link, {settings->ros2_topics, config.ros2.reliable,
+                                           static_cast<std::size_t>(config.map.scan.max_points)});
+    if (!drivers) return tl::unexpected(drivers.error());
+    parts.drivers.emplace(std::move(*drivers));
+    parts.T_pose_sensor = settings->T_pose_sensor;
+    parts.expects_odometry = !settings->ros2_topics.odometry.empty();
+  } else {
+    auto sensor = find_sensor(config, *settings, *topics, manager);
+    if (!sensor) return tl::unexpected(sensor.error());
+    if (!*sensor) return outcome({}, options.out);
+    parts.metadata = std::move((*sensor)->metadata);
+    parts.T_pose_sensor = (*sensor)->T_pose_sensor;
+  }
+
+  std::optional<ros2::MapTopics> ros2_map;
+  if (config.ros2.publish) {
+    auto opened = ros2::MapTopics::open(*link);
+    if (!opened) return tl::unexpected(opened.error());
+    ros2_map.emplace(std::move(*opened));
+    parts.ros2_map = &*ros2_map;
+  }
 
   LiveMission mission(std::move(parts), config);
   for (const std::string& warning : mission.pipeline().record().warnings)
@@ -117,6 +138,10 @@ Result<void> run_live(const RunOptions& options, const ProgramConfig& config) {
   MissionRecord& record = mission.pipeline().record();
   record.config = config.map;
   record.interrupted = StopSignal::number() == SIGINT;
+  if (const std::string warning = mission.input_warning(); !warning.empty()) {
+    std::fprintf(stderr, "cloister: warning: %s\n", warning.c_str());
+    record.warnings.push_back(warning);
+  }
   record.map_hash = map_hash(mission.pipeline().store(), mission.pipeline().submaps());
   if (auto written = write_outputs(mission.pipeline(), options.out); !written) return written;
   return outcome(record, options.out);

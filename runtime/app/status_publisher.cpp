@@ -63,6 +63,7 @@ void StatusPublisher::publish_diagnostics(HostTime now, const LiveFeed& feed,
   for (const auto& [cause, count] : drops) add("drops." + cause, count);
   if (!timeline.empty()) diagnostics.stamp = timeline.back().stamp;
   topics_.publish(diagnostics);
+  if (ros2_ != nullptr) ros2_->publish(diagnostics);
 }
 
 void StatusPublisher::publish_submaps(const LiveFeed& feed) {
@@ -94,6 +95,7 @@ void StatusPublisher::publish_submaps(const LiveFeed& feed) {
   std::sort(list.submaps.begin(), list.submaps.end(),
             [](const SubmapState& a, const SubmapState& b) { return a.id < b.id; });
   topics_.publish(list);
+  if (ros2_ != nullptr) ros2_->publish(list, feed.graph());
 }
 
 }  // namespace cloister

@@ -7,6 +7,7 @@
 
 #include "firmware_interface/dds/native_topics.hpp"
 #include "firmware_interface/mission/live_feed.hpp"
+#include "runtime/app/ros2_publisher.hpp"
 #include "runtime/pipeline.hpp"
 
 namespace cloister {
@@ -17,8 +18,13 @@ namespace cloister {
 /// Threads: the reader's, which the pipeline knows.
 class StatusPublisher {
  public:
-  StatusPublisher(MapperTopics& topics, Pipeline& pipeline, bool uses_shared_memory)
-      : topics_(topics), pipeline_(pipeline), uses_shared_memory_(uses_shared_memory) {}
+  /// @param ros2  told the same; may be null
+  StatusPublisher(MapperTopics& topics, Ros2Publisher* ros2, Pipeline& pipeline,
+                  bool uses_shared_memory)
+      : topics_(topics),
+        ros2_(ros2),
+        pipeline_(pipeline),
+        uses_shared_memory_(uses_shared_memory) {}
 
   void publish_if_due(std::chrono::steady_clock::time_point now, const LiveFeed& feed,
                       const std::map<std::string, std::int64_t>& drops);
@@ -40,6 +46,7 @@ class StatusPublisher {
   };
 
   MapperTopics& topics_;
+  Ros2Publisher* ros2_;
   Pipeline& pipeline_;
   bool uses_shared_memory_;
   HostTime last_diagnostics_;

@@ -146,6 +146,7 @@ class Robot {
   }
   void graph(const GraphUpdate& update) { CHECK(topics_->publish(update)); }
   RobotTopics& topics() { return *topics_; }
+  const DdsLink& link() const { return *link_; }
 
   /// What the mapper says about itself, once it says what is waited for.
   template <typename Condition>
