@@ -42,7 +42,8 @@ class BlockChanges {
   /// Looks at the volume as it is.
   void update(const VoxelStore& store, const Volume& volume);
 
-  /// What has changed after `since`, as it was at the last update; the volume must not have changed since then.
+  /// What has changed after `since`, as far as the last update saw. A block that has changed again is given as it is
+  /// now, and once more after the next update.
   /// @param since  `up_to` of the last answer; one that is none of this map's begins anew, as 0 does
   [[nodiscard]] BlockDelta since(const VoxelStore& store, const Volume& volume, std::uint64_t since,
                                  std::size_t max_blocks) const;

@@ -122,10 +122,31 @@ bool boxes_disjoint(const OrientedBox& a, const OrientedBox& b) {
   return may_be_apart && separates(body_1.direction, first, second);
 }
 
-bool hull_and_box_disjoint(std::span<const Eigen::Vector3d> corners,
-                           const Eigen::AlignedBox3d& box) {
-  if (corners.empty() || box.isEmpty()) return true;
-  const HullBody hull{corners, box.center()};
+HullTest::HullTest(std::span<const Eigen::Vector3d> corners) : corners_(corners) {
+  for (const Eigen::Vector3d& corner : corners) reach_m_ = std::max(reach_m_, corner.norm());
+}
+
+HullTest::Plane HullTest::plane_across(const Eigen::Vector3d& direction) const {
+  Plane plane{direction.normalized(), std::numeric_limits<double>::infinity()};
+  for (const Eigen::Vector3d& corner : corners_)
+    plane.offset_m = std::min(plane.offset_m, plane.direction.dot(corner));
+  return plane;
+}
+
+bool HullTest::proves(const Plane& plane, const Eigen::AlignedBox3d& box) const {
+  const Eigen::Vector3d centre = box.center();
+  const Eigen::Vector3d half = 0.5 * box.sizes();
+  const double gap =
+      plane.offset_m - plane.direction.dot(centre) - plane.direction.cwiseAbs().dot(half);
+  return gap > kRounding * (reach_m_ + centre.cwiseAbs().sum() + half.sum());
+}
+
+bool HullTest::is_disjoint_from(const Eigen::AlignedBox3d& box) {
+  if (corners_.empty() || box.isEmpty()) return true;
+  for (std::size_t i = 0; i < num_planes_; ++i) {
+    if (proves(planes_[i], box)) return true;
+  }
+  const HullBody hull{corners_, box.center()};
   const CentredBox centred{0.5 * box.sizes()};
   ccd_t search;
   CCD_INIT(&search);
@@ -133,14 +154,15 @@ bool hull_and_box_disjoint(std::span<const Eigen::Vector3d> corners,
   search.support2 = box_support;
   search.max_iterations = kMaxIterations;
   if (ccdGJKIntersect(&hull, &centred, &search) != 0) return false;
-  // The last direction asked for is a hint in either sense.
+  // The last direction asked for is a hint, in either sense.
+  if (!(centred.direction.norm() > 0)) return false;
   for (const double sign : {1.0, -1.0}) {
-    const Eigen::Vector3d direction = sign * centred.direction;
-    const Eigen::Vector3d nearest = farthest(hull, -direction);
-    const double gap = direction.dot(nearest) - direction.cwiseAbs().dot(centred.half_extents);
-    const double scale =
-        direction.norm() * (nearest.norm() + hull.origin.norm() + centred.half_extents.sum());
-    if (gap > kRounding * scale) return true;
+    const Plane plane = plane_across(sign * centred.direction);
+    if (!proves(plane, box)) continue;
+    planes_[next_plane_] = plane;
+    next_plane_ = (next_plane_ + 1) % planes_.size();
+    num_planes_ = std::min(num_planes_ + 1, planes_.size());
+    return true;
   }
   return false;
 }

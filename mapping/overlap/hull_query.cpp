@@ -80,15 +80,32 @@ QueryAnswer HullQuery::combined(const Eigen::Vector3d& p_M) const {
   return evidence.answer(lowest_, highest_);
 }
 
+bool HullQuery::is_known(const Eigen::Vector3d& p_M) {
+  return std::ranges::any_of(near_, [&](Entry* entry) {
+    const Eigen::Vector3d p_S = entry->T_S_M * p_M;
+    const VoxelCoord voxel = (p_S / voxel_size_m_).array().floor().cast<int>();
+    // Neighbours mostly share a block.
+    const BlockCoord block = parent_coord(voxel);
+    if (!entry->has_view || entry->viewed != block) {
+      entry->has_view = true;
+      entry->viewed = block;
+      entry->view = entry->submap->volume.view(store_, block);
+    }
+    return entry->view.at(index_in_block(voxel)) != kUnknownLogOdds;
+  });
+}
+
 bool HullQuery::find_occupied(const Entry& entry, HullAnswer& answer) const {
+  HullTest hull(corners_S_);
   const CellRange voxels = cells_of(bounds_of(corners_S_), voxel_size_m_);
   const CellRange blocks{parent_coord(voxels.low), parent_coord(voxels.high)};
   return any_cell(blocks, [&](const BlockCoord& block) {
     const BlockView view = entry.submap->volume.view(store_, block);
     if (view.block == nullptr && view.coarse <= 0) return false;
+    if (hull.is_disjoint_from(cell_box(block, kBlockEdge * voxel_size_m_))) return false;
     return any_cell(voxels_within(block, voxels), [&](const VoxelCoord& voxel) {
       if (view.at(index_in_block(voxel)) <= 0) return false;
-      if (hull_and_box_disjoint(corners_S_, cell_box(voxel, voxel_size_m_))) return false;
+      if (hull.is_disjoint_from(cell_box(voxel, voxel_size_m_))) return false;
       const Eigen::Vector3d p_M = entry.submap->T_M_S * centre_of(voxel, voxel_size_m_);
       const QueryAnswer here = combined(p_M);
       if (here.state != VoxelState::kOccupied) return false;
@@ -109,16 +126,17 @@ bool HullQuery::is_coarsely_known(const Eigen::AlignedBox3d& block_M) const {
   });
 }
 
-bool HullQuery::find_unknown(std::span<const Eigen::Vector3d> corners_M, HullAnswer& answer) const {
+bool HullQuery::find_unknown(std::span<const Eigen::Vector3d> corners_M, HullAnswer& answer) {
+  HullTest hull(corners_M);
   const CellRange voxels = cells_of(bounds_of(corners_M), voxel_size_m_);
   const CellRange blocks{parent_coord(voxels.low), parent_coord(voxels.high)};
   return any_cell(blocks, [&](const BlockCoord& block) {
     const Eigen::AlignedBox3d box = cell_box(block, kBlockEdge * voxel_size_m_);
-    if (is_coarsely_known(box) || hull_and_box_disjoint(corners_M, box)) return false;
+    if (is_coarsely_known(box) || hull.is_disjoint_from(box)) return false;
     return any_cell(voxels_within(block, voxels), [&](const VoxelCoord& voxel) {
       const Eigen::Vector3d p_M = centre_of(voxel, voxel_size_m_);
-      if (combined(p_M).state != VoxelState::kUnknown) return false;
-      if (hull_and_box_disjoint(corners_M, cell_box(voxel, voxel_size_m_))) return false;
+      if (is_known(p_M)) return false;
+      if (hull.is_disjoint_from(cell_box(voxel, voxel_size_m_))) return false;
       answer = {VoxelState::kUnknown, p_M, kNoSubmap};
       return true;
     });
@@ -135,7 +153,7 @@ std::optional<HullAnswer> HullQuery::at(std::span<const Eigen::Vector3d> corners
   if (sizes.prod() > static_cast<double>(kMaxVoxels)) return std::nullopt;
 
   near_.clear();
-  for (const Entry& entry : all_) {
+  for (Entry& entry : all_) {
     // A voxel's centre may lie a little outside of the body that touches it.
     Eigen::AlignedBox3d around = bounds_M.transformed(entry.T_S_M);
     around.min().array() -= 2 * voxel_size_m_;

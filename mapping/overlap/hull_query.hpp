@@ -29,7 +29,7 @@ struct HullAnswer {
 /// parallel to M's axes whose centre no submap knows. Free: neither. Touching counts; where rounding cannot tell, the
 /// body touches.
 ///
-/// Whole blocks of coarse free space are passed over, and the exact test (hull_and_box_disjoint) is made for voxels
+/// Whole blocks of coarse free space are passed over, and the exact test (HullTest) is made for voxels
 /// that would decide, so that free space costs look-ups alone.
 ///
 /// The submaps must stay as they are while the query lives.
@@ -53,12 +53,17 @@ class HullQuery {
     const Submap* submap = nullptr;
     Pose T_S_M = Pose::Identity();
     Eigen::AlignedBox3d bounds_S;  ///< of what it knows
+    // The block that was looked at last.
+    bool has_view = false;
+    BlockCoord viewed = BlockCoord::Zero();
+    BlockView view = {};
   };
 
   [[nodiscard]] QueryAnswer combined(const Eigen::Vector3d& p_M) const;
   [[nodiscard]] bool find_occupied(const Entry& entry, HullAnswer& answer) const;
-  [[nodiscard]] bool find_unknown(std::span<const Eigen::Vector3d> corners_M,
-                                  HullAnswer& answer) const;
+  [[nodiscard]] bool find_unknown(std::span<const Eigen::Vector3d> corners_M, HullAnswer& answer);
+  /// Whether any submap knows the voxel at a point.
+  [[nodiscard]] bool is_known(const Eigen::Vector3d& p_M);
   /// True when one submap knows all of a block of M's grid by coarse nodes.
   [[nodiscard]] bool is_coarsely_known(const Eigen::AlignedBox3d& block_M) const;
 
@@ -66,7 +71,7 @@ class HullQuery {
   double voxel_size_m_;
   LogOdds lowest_, highest_;
   std::vector<Entry> all_;
-  std::vector<const Entry*> near_;  ///< those whose bounds meet the body's
+  std::vector<Entry*> near_;  ///< those whose bounds meet the body's
   std::vector<Eigen::Vector3d> corners_S_;
 };
 
