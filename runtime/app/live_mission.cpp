@@ -127,7 +127,8 @@ void LiveMission::take_from_drivers(Clock::time_point now) {
   ros2::DriverListener& drivers = *parts_.drivers;
   for (OdometrySample sample; drivers.take(sample);) feed_->push(sample);
   for (GraphUpdate update; drivers.take(update);) feed_->push(update, now);
-  while (drivers.take(feed_->scan_to_fill())) feed_->push_scan(now);
+  // One at a time: it takes a while to read, and what is needed to place it goes before the next.
+  if (drivers.take(feed_->scan_to_fill())) feed_->push_scan(now);
   // Asked for even when nobody needs it: what comes is to be taken.
   const auto T_body_cloud = drivers.T_body_cloud();
   if (T_body_cloud && !feed_->has_T_B_L()) feed_->set_T_B_L(*T_body_cloud);

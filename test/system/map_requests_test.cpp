@@ -48,7 +48,7 @@ TEST_CASE(
     "reset forgets them") {
   Host host;
   if (!host.is_there()) return;
-  Background run = host.run();
+  Background run = host.run({kRoom});
   Robot robot;
   auto opened = MapClient::open(robot.link());
   REQUIRE(opened.has_value());
