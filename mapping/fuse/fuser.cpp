@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "mapping/fuse/block_sampler.hpp"
 #include "mapping/integrate/evidence.hpp"
-#include "mapping/overlap/block_sampler.hpp"
 
 namespace cloister {
 namespace {

@@ -5,13 +5,9 @@
 
 #include "mapping/fuse/fuser.hpp"
 #include "mapping/fuse/same_surface.hpp"
-#include "mapping/overlap/voxel_overlap.hpp"
 
 namespace cloister {
 namespace {
-
-// The other must know half as much of a place: a glimpse through its edge is no copy.
-constexpr std::int64_t kMinKnownDivisor = 2;
 
 /// Blocks of `from` for which `into` is the better home.
 std::vector<BlockCoord> find_given(const VoxelStore& store, const Submap& from, const Submap& into,
@@ -22,9 +18,7 @@ std::vector<BlockCoord> find_given(const VoxelStore& store, const Submap& from, 
   from.volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
     const Eigen::Vector3f middle_from = (coord.cast<float>().array() + 0.5f).matrix() * block_m;
     const Eigen::Vector3f middle_into = T * middle_from;
-    const BlockCoord there = (middle_into / block_m).array().floor().matrix().cast<int>();
-    const BlockView held = into.volume.view(store, there);
-    if (held.is_unknown() || kMinKnownDivisor * count_known(held) < count_known(view)) return;
+    if (!knows_block(store, view, into.volume, middle_into, block_m)) return;
     if (into.path.squared_distance(middle_into) < from.path.squared_distance(middle_from) &&
         shows_same_surface(store, coord, view, into.volume, T, block_m / kBlockEdge))
       given.push_back(coord);

@@ -9,10 +9,16 @@ namespace {
 constexpr int kSameSurfaceVox = 3;
 // Of a block's occupied voxels one in so many is looked for, and half of those must be found.
 constexpr int kSurfaceStride = 5;
-// The other must know half as much of a block to be asked about its surface.
 constexpr std::int64_t kMinKnownDivisor = 2;
 
 }  // namespace
+
+bool knows_block(const VoxelStore& store, const BlockView& view, const Volume& into,
+                 const Eigen::Vector3f& middle_into, float block_m) {
+  const BlockView held =
+      into.view(store, (middle_into / block_m).array().floor().matrix().cast<int>());
+  return !held.is_unknown() && kMinKnownDivisor * count_known(held) >= count_known(view);
+}
 
 bool shows_same_surface(const VoxelStore& store, const BlockCoord& coord, const BlockView& view,
                         const Volume& into, const Eigen::Isometry3f& T_into_from, float voxel_m) {
@@ -48,9 +54,7 @@ double same_surface_share(const VoxelStore& store, const Volume& a, const Volume
     if (view.block == nullptr) return;
     const Eigen::Vector3f middle_b =
         T * Eigen::Vector3f((coord.cast<float>().array() + 0.5f).matrix() * kBlockEdge * voxel_m);
-    const BlockView held =
-        b.view(store, (middle_b / (kBlockEdge * voxel_m)).array().floor().matrix().cast<int>());
-    if (held.is_unknown() || kMinKnownDivisor * count_known(held) < count_known(view)) return;
+    if (!knows_block(store, view, b, middle_b, kBlockEdge * voxel_m)) return;
     ++num_both;
     num_same += shows_same_surface(store, coord, view, b, T, voxel_m);
   });

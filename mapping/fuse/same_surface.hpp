@@ -9,6 +9,11 @@ namespace cloister {
 /// them does not lie where the graph says, however sure the graph is. Surfaces tell this apart from the error that a
 /// fusion is meant to bear: one that is met within three voxels, 0.2 m, is the same.
 
+/// True when a volume knows half as much of a place as another one's block does: a glimpse through its edge is no copy.
+/// @param middle_into  of the block, metres in the volume's frame
+[[nodiscard]] bool knows_block(const VoxelStore& store, const BlockView& view, const Volume& into,
+                               const Eigen::Vector3f& middle_into, float block_m);
+
 /// True when `into` has something occupied within reach of most of what a block holds occupied, or when that is nothing.
 /// @param coord, view   the block, of another volume
 /// @param T_into_from   pose of that volume's frame in into's

@@ -29,6 +29,7 @@ constexpr float kMinLookVoxels = 40;
 constexpr int kMaxTurns = 3;
 // Blocks rest where that does not make it more than four.
 constexpr int kMaxRestTurns = 2;
+static_assert(kMaxTurns <= 2 * kMaxRestTurns, "evidence is kept for that many turns");
 
 // Of an octant's 64, for it to be free as a whole all the same.
 constexpr int kMaxUnseenVoxels = 16;

@@ -5,8 +5,6 @@
 
 #include <doctest/doctest.h>
 
-#include "mapping/overlap/block_sampler.hpp"
-
 namespace cloister {
 namespace {
 

@@ -107,6 +107,17 @@ std::map<std::string, double> wait_for(RobotTopics& topics, Condition&& conditio
   return values;
 }
 
+/// A scan of a round room of 3 m, without its geometry.
+inline Scan round_room(int num_beams, int num_columns, std::int64_t stamp_ms) {
+  Scan scan;
+  scan.stamp = scan.last_packet = {stamp_ms * kMs};
+  const auto columns = static_cast<std::size_t>(num_columns);
+  scan.ranges_mm.assign(static_cast<std::size_t>(num_beams) * columns, 3000);
+  scan.column_stamps.assign(columns, scan.stamp);
+  scan.column_valid.assign(columns, 1);
+  return scan;
+}
+
 /// A robot under the test's own control, with the house's sensor, that stands still in a round room.
 class Robot {
  public:
@@ -129,13 +140,8 @@ class Robot {
   }
 
   void scan(std::int64_t stamp_ms) {
-    Scan scan;
-    scan.stamp = scan.last_packet = {stamp_ms * kMs};
-    const auto columns = static_cast<std::size_t>(metadata_.num_columns);
-    scan.ranges_mm.assign(static_cast<std::size_t>(metadata_.num_beams) * columns, 3000);
-    scan.column_stamps.assign(columns, scan.stamp);
-    scan.column_valid.assign(columns, 1);
-    CHECK(topics_->publish(scan, metadata_.num_beams, metadata_.num_columns));
+    const int beams = metadata_.num_beams, columns = metadata_.num_columns;
+    CHECK(topics_->publish(round_room(beams, columns, stamp_ms), beams, columns));
   }
   void odometry(std::int64_t from_ms, std::int64_t to_ms, double x_m = 0) {
     Pose T_O_B = Pose::Identity();
@@ -152,6 +158,21 @@ class Robot {
   template <typename Condition>
   std::map<std::string, double> wait_for(Condition&& condition) {
     return cloister::wait_for(*topics_, std::forward<Condition>(condition));
+  }
+  /// Odometry of a second and a scan in its middle. Returns what the mapper says once that is mapped.
+  std::map<std::string, double> map_first_scan() {
+    odometry(0, 1000);
+    scan(500);
+    return wait_for([](auto& values) { return values["scans_integrated"] == 1; });
+  }
+  /// Has the map saved, and waits for the answer.
+  SaveMapReply save_map(std::uint64_t id) {
+    REQUIRE(topics_->publish(SaveMapRequest{id}));
+    SaveMapReply reply;
+    for (int i = 0; i < 6000 && !(topics_->take(reply) && reply.id == id); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    CHECK(reply.id == id);
+    return reply;
   }
 
  private:

@@ -81,9 +81,7 @@ TEST_CASE("a service manager hears when the mapper is ready, that it lives, and 
     CHECK(manager.hear() == "WATCHDOG=1");
     {
       Robot robot;
-      robot.odometry(0, 1000);
-      robot.scan(500);
-      robot.wait_for([](auto& values) { return values["scans_integrated"] == 1; });
+      robot.map_first_scan();
     }
     CHECK(manager.hear() == "WATCHDOG=1");
     run.signal(SIGTERM);
@@ -101,9 +99,7 @@ TEST_CASE("a mapper that nobody watches, or whose manager has gone, runs all the
   setenv("WATCHDOG_USEC", "rubbish", 1);
   Background run = host.run();
   Robot robot;
-  robot.odometry(0, 1000);
-  robot.scan(500);
-  robot.wait_for([](auto& values) { return values["scans_integrated"] == 1; });
+  robot.map_first_scan();
   CHECK(run.end(SIGTERM) == 0);
   CHECK(read_text(host.log("run")) == "");
 }
@@ -135,9 +131,7 @@ TEST_CASE("an unprivileged user on a read-only system needs one writable directo
       log);
   {
     Robot robot;
-    robot.odometry(0, 1000);
-    robot.scan(500);
-    robot.wait_for([](auto& values) { return values["scans_integrated"] == 1; });
+    robot.map_first_scan();
   }
   CHECK(run.end(SIGTERM) == 0);
   CHECK(fs::file_size(writable / "map" / "map.cloister") > 0);

@@ -126,15 +126,6 @@ int count_of(const nlohmann::json& counts, const char* name) {
   return counts.contains(name) ? counts[name].get<int>() : 0;
 }
 
-SaveMapReply save_map(Robot& robot, std::uint64_t id) {
-  REQUIRE(robot.topics().publish(SaveMapRequest{id}));
-  SaveMapReply reply;
-  for (int i = 0; i < 6000 && !(robot.topics().take(reply) && reply.id == id); ++i)
-    std::this_thread::sleep_for(10ms);
-  CHECK(reply.id == id);
-  return reply;
-}
-
 TEST_CASE(
     "RouDi's memory is used up for a while: scans of that time are lost and counted at most, later "
     "ones are mapped") {
@@ -172,9 +163,7 @@ TEST_CASE("RouDi without memory for scans: who starts goes over UDP, or says why
   }
   Background run = host.run();
   Robot robot;
-  robot.odometry(0, 1000);
-  robot.scan(500);
-  const auto values = robot.wait_for([](auto& seen) { return seen["scans_integrated"] == 1; });
+  const auto values = robot.map_first_scan();
   CHECK(values.at("shared_memory") == 0);
   CHECK(run.end(SIGTERM) == 0);
 }
@@ -271,9 +260,7 @@ TEST_CASE(
   if (!host.is_there()) return;
   Background run = host.run();
   Robot robot;
-  robot.odometry(0, 1000);
-  robot.scan(500);
-  robot.wait_for([](auto& values) { return values["scans_integrated"] == 1; });
+  robot.map_first_scan();
   for (int ms = 5000; ms < 5500; ms += 100) robot.scan(ms);
   robot.wait_for([](auto& values) { return values["drops.scan_without_pose"] == 5; });
   robot.odometry(8000, 9000);
@@ -334,13 +321,13 @@ TEST_CASE("a full disk loses nothing that is saved, is told, and a later save wo
   robot.odometry(0, 3000);
   robot.scan(500);
   robot.wait_for([](auto& values) { return values["scans_integrated"] == 1; });
-  REQUIRE(save_map(robot, 1).is_saved);
+  REQUIRE(robot.save_map(1).is_saved);
   const std::string saved = read_text(map);
 
   fill_disk();
   robot.scan(1000);
   robot.wait_for([](auto& values) { return values["scans_integrated"] == 2; });
-  const SaveMapReply refused = save_map(robot, 2);
+  const SaveMapReply refused = robot.save_map(2);
   CHECK_FALSE(refused.is_saved);
   CHECK(refused.message.find("map.cloister") != std::string::npos);
   CHECK(refused.message.find("No space left on device") != std::string::npos);
@@ -348,7 +335,7 @@ TEST_CASE("a full disk loses nothing that is saved, is told, and a later save wo
   CHECK(host.map_loads());
 
   fs::remove(filler);
-  CHECK(save_map(robot, 3).is_saved);
+  CHECK(robot.save_map(3).is_saved);
   const std::string later = read_text(map);
   CHECK(later != saved);
   // Nothing half-written is left behind.

@@ -136,9 +136,7 @@ TEST_CASE(
   if (!host.is_there()) return;
   Background run = host.run();
   Robot robot;
-  robot.odometry(0, 1000);
-  robot.scan(500);
-  robot.wait_for([](auto& values) { return values["scans_integrated"] == 1; });
+  robot.map_first_scan();
 
   robot.graph(graph(1, 600, {0, 1}));
   robot.graph(graph(1, 600, {0, 1}));  // twice
@@ -192,13 +190,8 @@ TEST_CASE("kill -9 loses nothing that was saved, and a new start goes on mapping
   {
     Background run = host.run();
     Robot robot;
-    robot.odometry(0, 1000);
-    robot.scan(500);
-    robot.wait_for([](auto& values) { return values["scans_integrated"] == 1; });
-    REQUIRE(robot.topics().publish(SaveMapRequest{42}));
-    SaveMapReply reply;
-    for (int i = 0; i < 6000 && !robot.topics().take(reply); ++i) std::this_thread::sleep_for(10ms);
-    CHECK(reply.id == 42);
+    robot.map_first_scan();
+    const SaveMapReply reply = robot.save_map(42);
     CHECK(reply.message == "");
     CHECK(reply.is_saved);
     CHECK(fs::path(reply.path) == host.out() / "map.cloister");

@@ -50,12 +50,8 @@ class DrivenRobot {
   }
 
   void scan(std::int64_t stamp_ms) {
-    Scan scan;
+    Scan scan = round_room(geometry_.num_beams, geometry_.num_columns, stamp_ms);
     scan.geometry = &geometry_;
-    scan.stamp = scan.last_packet = {stamp_ms * kMs};
-    scan.ranges_mm.assign(geometry_.direction_L.size(), 3000);
-    scan.column_stamps.assign(static_cast<std::size_t>(geometry_.num_columns), scan.stamp);
-    scan.column_valid.assign(static_cast<std::size_t>(geometry_.num_columns), 1);
     CHECK(topics_->publish(scan));
   }
   void odometry(std::int64_t from_ms, std::int64_t to_ms) {

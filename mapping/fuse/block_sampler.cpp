@@ -1,4 +1,4 @@
-#include "mapping/overlap/block_sampler.hpp"
+#include "mapping/fuse/block_sampler.hpp"
 
 #include <cmath>
 
@@ -11,15 +11,18 @@ struct CornerRange {
 };
 
 /// Range of the images of a block's voxel centres, in voxels of B.
-CornerRange centre_range(const BlockCoord& block_A, const Eigen::Matrix3d& R_B_A, const Eigen::Vector3d& t_vox) {
+CornerRange centre_range(const BlockCoord& block_A, const Eigen::Matrix3d& R_B_A,
+                         const Eigen::Vector3d& t_vox) {
   const Eigen::Vector3d middle =
-      R_B_A * (block_A.cast<double>() * kBlockEdge + Eigen::Vector3d::Constant(0.5 * kBlockEdge)) + t_vox;
+      R_B_A * (block_A.cast<double>() * kBlockEdge + Eigen::Vector3d::Constant(0.5 * kBlockEdge)) +
+      t_vox;
   const Eigen::Vector3d half = R_B_A.cwiseAbs() * Eigen::Vector3d::Constant(0.5 * (kBlockEdge - 1));
   return {middle - half, middle + half};
 }
 
 BlockCoord block_at(const Eigen::Vector3d& p_vox) {
-  return {static_cast<int>(std::floor(p_vox.x())) >> kBlockShift, static_cast<int>(std::floor(p_vox.y())) >> kBlockShift,
+  return {static_cast<int>(std::floor(p_vox.x())) >> kBlockShift,
+          static_cast<int>(std::floor(p_vox.y())) >> kBlockShift,
           static_cast<int>(std::floor(p_vox.z())) >> kBlockShift};
 }
 
@@ -37,7 +40,8 @@ BlockRange blocks_under(const BlockCoord& block_A, const Pose& T_B_A, double vox
   return padded_blocks(centre_range(block_A, T_B_A.linear(), T_B_A.translation() / voxel_size_m));
 }
 
-BlockSampler::BlockSampler(const VoxelStore& store, const Volume& volume_B, const Pose& T_B_A, double voxel_size_m)
+BlockSampler::BlockSampler(const VoxelStore& store, const Volume& volume_B, const Pose& T_B_A,
+                           double voxel_size_m)
     : store_(store),
       volume_(volume_B),
       axis_x_(T_B_A.linear().col(0).cast<float>()),
@@ -51,8 +55,8 @@ std::optional<LogOdds> BlockSampler::gather(const BlockCoord& block_A) {
   low_ = range.low;
   size_ = range.high - range.low + Eigen::Vector3i::Ones();
   // From the lowest gathered block: far from B's origin single precision would miss the gathered blocks.
-  base_ = (R_B_A_ * (block_A.cast<double>() * kBlockEdge + Eigen::Vector3d::Constant(0.5)) + offset_ -
-           low_.cast<double>() * kBlockEdge)
+  base_ = (R_B_A_ * (block_A.cast<double>() * kBlockEdge + Eigen::Vector3d::Constant(0.5)) +
+           offset_ - low_.cast<double>() * kBlockEdge)
               .cast<float>();
   bool is_uniform = true;
   BlockView* view = views_.data();

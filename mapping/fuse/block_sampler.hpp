@@ -18,7 +18,8 @@ namespace cloister {
 class BlockSampler {
  public:
   /// @param T_B_A  pose of A's frame in B's, metres
-  BlockSampler(const VoxelStore& store, const Volume& volume_B, const Pose& T_B_A, double voxel_size_m);
+  BlockSampler(const VoxelStore& store, const Volume& volume_B, const Pose& T_B_A,
+               double voxel_size_m);
 
   /// Fetches what lies under a block of A.
   /// @return the one value that B has everywhere under it, when B is uniform there
@@ -26,12 +27,13 @@ class BlockSampler {
 
   /// B's value under a voxel of the gathered block; x, y, z in 0..7.
   [[nodiscard]] LogOdds at(int x, int y, int z) const {
-    const Eigen::Vector3f p_low = base_ + axis_x_ * static_cast<float>(x) + axis_y_ * static_cast<float>(y) +
-                                  axis_z_ * static_cast<float>(z);
-    const VoxelCoord v(static_cast<int>(std::floor(p_low.x())), static_cast<int>(std::floor(p_low.y())),
+    const Eigen::Vector3f p_low = base_ + axis_x_ * static_cast<float>(x) +
+                                  axis_y_ * static_cast<float>(y) + axis_z_ * static_cast<float>(z);
+    const VoxelCoord v(static_cast<int>(std::floor(p_low.x())),
+                       static_cast<int>(std::floor(p_low.y())),
                        static_cast<int>(std::floor(p_low.z())));
-    const int index =
-        (v.x() >> kBlockShift) + size_.x() * ((v.y() >> kBlockShift) + size_.y() * (v.z() >> kBlockShift));
+    const int index = (v.x() >> kBlockShift) +
+                      size_.x() * ((v.y() >> kBlockShift) + size_.y() * (v.z() >> kBlockShift));
     return views_[index].at(index_in_block(v));
   }
 
@@ -40,8 +42,8 @@ class BlockSampler {
   const Volume& volume_;
   Eigen::Vector3f axis_x_, axis_y_, axis_z_;  ///< steps in B (voxels) for one voxel along A's axes
   Eigen::Matrix3d R_B_A_;
-  Eigen::Vector3d offset_;                    ///< A's origin in B, voxels
-  Eigen::Vector3f base_;                      ///< centre of the gathered block's first voxel, voxels of B from low_
+  Eigen::Vector3d offset_;  ///< A's origin in B, voxels
+  Eigen::Vector3f base_;    ///< centre of the gathered block's first voxel, voxels of B from low_
   BlockCoord low_;
   Eigen::Vector3i size_;
   std::array<BlockView, 64> views_;
@@ -52,6 +54,7 @@ struct BlockRange {
   BlockCoord low;
   BlockCoord high;
 };
-[[nodiscard]] BlockRange blocks_under(const BlockCoord& block_A, const Pose& T_B_A, double voxel_size_m);
+[[nodiscard]] BlockRange blocks_under(const BlockCoord& block_A, const Pose& T_B_A,
+                                      double voxel_size_m);
 
 }  // namespace cloister
