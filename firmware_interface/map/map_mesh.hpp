@@ -8,9 +8,8 @@
 
 namespace cloister {
 
-/// How deep meshes are drawn (see extract_mesh). Returns lie anywhere inside an occupied voxel, and the first one that a
-/// beam meets is often the near side of a sheet two voxels thick: the surface is a little before its centre.
-inline constexpr double kSurfaceDepth = 0.75;
+/// How deep meshes are drawn (see extract_mesh). At 1 the two sides of a sheet one voxel thick would meet.
+inline constexpr double kSurfaceDepth = 0.9;
 
 /// Leaves `submaps/<id>.ply` for every submap and `mesh.ply` with all of them in `out_dir`, in M,
 /// coloured by submap. Files of submaps that this map does not have are removed from `submaps/`.

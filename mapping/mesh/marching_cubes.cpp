@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "mapping/mesh/cube_cases.hpp"
 
 namespace cloister {
@@ -37,7 +39,7 @@ struct Place {
 class Extraction {
  public:
   Extraction(const VoxelStore& store, const Volume& volume, double voxel_size_m, double depth)
-      : voxel_size_m_(voxel_size_m), depth_(depth) {
+      : store_(store), volume_(volume), voxel_size_m_(voxel_size_m), depth_(depth) {
     volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
       places_.push_back({coord, view});
     });
@@ -51,6 +53,7 @@ class Extraction {
       if (may_have_surface() && gather_corners()) visit_cubes();
       release_edge_vertices(places_[i]);
     }
+    if (depth_ > 0) draw_deeper();
     return std::move(mesh_);
   }
 
@@ -158,10 +161,38 @@ class Extraction {
       Eigen::Vector3d position_vox =
           (neighbours_[0]->coord * kBlockEdge + lower).cast<double>().array() + 0.5;
       const double crossing = from / (from - to);
-      position_vox[axis] += from < 0 ? crossing + depth_ * (1 - crossing) : crossing * (1 - depth_);
+      position_vox[axis] += crossing;
       mesh_.vertices_S.push_back((position_vox * voxel_size_m_).cast<float>());
+      if (depth_ > 0) {
+        const double to_occupied_vox = from < 0 ? 1 - crossing : -crossing;
+        to_occupied_S_.push_back(static_cast<float>(to_occupied_vox * voxel_size_m_) *
+                                 Eigen::Vector3f::Unit(axis));
+      }
     }
     return vertex;
+  }
+
+  /// Moves vertices towards the occupied voxel's centre and, where the voxel behind that is occupied as well, on towards
+  /// the middle of both. Normals are those of the zero crossing: drawn deep, sheets of one voxel have none.
+  void draw_deeper() {
+    std::vector<Eigen::Vector3f> normals(mesh_.vertices_S.size(), Eigen::Vector3f::Zero());
+    for (const auto& triangle : mesh_.triangles) {
+      const Eigen::Vector3f& a = mesh_.vertices_S[triangle[0]];
+      const Eigen::Vector3f normal =
+          (mesh_.vertices_S[triangle[1]] - a).cross(mesh_.vertices_S[triangle[2]] - a);
+      for (const std::uint32_t vertex : triangle) normals[vertex] += normal;
+    }
+    const auto voxel_m = static_cast<float>(voxel_size_m_);
+    const auto depth = static_cast<float>(depth_);
+    for (std::size_t i = 0; i < normals.size(); ++i) {
+      const Eigen::Vector3f inwards = -normals[i].stableNormalized();
+      const Eigen::Vector3f occupied_S = mesh_.vertices_S[i] + to_occupied_S_[i];
+      const Eigen::Vector3f behind_S = occupied_S + voxel_m * inwards;
+      const bool is_thick =
+          volume_.at(store_, (behind_S / voxel_m).array().floor().matrix().cast<int>()) > 0;
+      mesh_.vertices_S[i] += depth * to_occupied_S_[i];
+      if (is_thick) mesh_.vertices_S[i] += 0.5f * depth * voxel_m * inwards;
+    }
   }
 
   [[nodiscard]] LogOdds corner_at(const VoxelCoord& local) const {
@@ -186,6 +217,8 @@ class Extraction {
     place.edge_vertices = nullptr;
   }
 
+  const VoxelStore& store_;
+  const Volume& volume_;
   double voxel_size_m_;
   double depth_;
   std::vector<Place> places_;
@@ -195,6 +228,8 @@ class Extraction {
   std::deque<EdgeVertices> tables_;
   std::vector<EdgeVertices*> free_tables_;
   TriangleMesh mesh_;
+  std::vector<Eigen::Vector3f>
+      to_occupied_S_;  ///< of each vertex: from the crossing to the occupied voxel's centre
 };
 
 }  // namespace

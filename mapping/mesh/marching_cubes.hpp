@@ -14,10 +14,12 @@ namespace cloister {
 /// free space.
 ///
 /// The zero crossing lies between the last free voxel and the first occupied one, so before the surface that the
-/// returns inside the occupied voxel were measured on; `depth` draws it deeper.
+/// returns were measured on; `depth` draws it deeper. Of thousands of noisy returns some fall short into the voxel before
+/// the surface, so where two voxels and more are occupied one behind the other, the surface lies between the first two.
 ///
 /// @param voxel_size_m  edge of a voxel
-/// @param depth  0 draws the zero crossing itself; towards 1, vertices move on to the occupied voxel's centre
+/// @param depth  0 draws the zero crossing itself; towards 1, vertices move on to the occupied voxel's centre, or to
+///               half a voxel behind it where the next one is occupied as well
 /// @return vertices and triangles in S, in an order that depends on the volume's content only
 /// Threads: reads the volume; needs its owner's permission.
 /// Real-time: allocates; O(known blocks * log(known blocks)), voxels are only visited near a change

@@ -176,7 +176,7 @@ TEST_CASE("a solid sphere becomes a closed surface of genus zero that faces outw
   CHECK(enclosed_volume(mesh) == doctest::Approx(4.0 / 3.0 * M_PI * r_m * r_m * r_m).epsilon(0.01));
 }
 
-TEST_CASE("drawn deeper, the surface moves on to the occupied voxels' centres, whichever way it faces") {
+TEST_CASE("drawn deeper, a surface moves on to between the first two occupied voxels, whichever way it faces") {
   for (const bool is_free_below : {true, false}) {
     for (const double depth : {0.0, 0.5, 0.8}) {
       Fixture f;
@@ -184,12 +184,20 @@ TEST_CASE("drawn deeper, the surface moves on to the occupied voxels' centres, w
         return static_cast<LogOdds>((v.z() < 4) == is_free_below ? -10 : 30);
       });
       const TriangleMesh mesh = extract_mesh(f.store, f.volume, kVoxelSize, depth);
-      const double before_occupied = 0.75 * (1 - depth);
+      const double before_occupied = 0.75 * (1 - depth) - 0.5 * depth;
       const double expected = (is_free_below ? 4.5 - before_occupied : 3.5 + before_occupied) * kVoxelSize;
       REQUIRE(!mesh.vertices_S.empty());
       for (const auto& vertex : mesh.vertices_S) CHECK(vertex.z() == doctest::Approx(expected).epsilon(1e-5));
     }
   }
+}
+
+TEST_CASE("drawn deeper, a sheet of one voxel is drawn around its middle") {
+  Fixture f;
+  f.fill({0, 0, 0}, {8, 8, 8}, [&](const VoxelCoord& v) { return static_cast<LogOdds>(v.z() == 4 ? 30 : -10); });
+  const TriangleMesh mesh = extract_mesh(f.store, f.volume, kVoxelSize, 0.8);
+  REQUIRE(!mesh.vertices_S.empty());
+  for (const auto& vertex : mesh.vertices_S) CHECK(std::abs(vertex.z() / kVoxelSize - 4.5) == doctest::Approx(0.75 * 0.2).epsilon(1e-4));
 }
 
 TEST_CASE("a wall across block and chunk borders is one flat sheet without cracks") {
