@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "runtime/cpu_clock.hpp"
+#include "runtime/thread_name.hpp"
 
 namespace cloister {
 namespace {
@@ -46,6 +47,7 @@ void FusionScheduler::stop() {
 }
 
 void FusionScheduler::run() {
+  name_this_thread("fusion");
   while (true) {
     const std::uint32_t seen = ports_.bell.count();
     const bool is_stopping = stop_.load(std::memory_order_acquire);

@@ -7,12 +7,14 @@
 #include <utility>
 
 #include "runtime/cpu_clock.hpp"
+#include "runtime/thread_name.hpp"
 
 namespace cloister {
 
 IntegrationThread::IntegrationThread(LocalMapper& mapper, const IntegrationPorts& ports,
                                      std::function<void()> on_start)
     : mapper_(mapper), ports_(ports), thread_([this, hook = std::move(on_start)] {
+        name_this_thread("integration");
         if (hook) hook();
         run();
       }) {}
@@ -70,6 +72,8 @@ void IntegrationThread::take_returns() {
                                       std::memory_order_relaxed);
       ports_.finished.count.fetch_sub(1, std::memory_order_relaxed);
       hand_over(mapper_.adopt(item.fused, item.T_S_closed), now_, false, nullptr);
+      is_active_away_.store(false, std::memory_order_release);  // pairs with is_active_away()
+      ports_.reader_bell.ring();
     }
   }
 }
@@ -89,6 +93,8 @@ void IntegrationThread::hand_over(Submap* finished, SensorTime stamp, bool give_
 void IntegrationThread::handle(const GraphRevision* revision) {
   now_ = std::max(now_, revision->graph.stamp);
   const bool close = mapper_.set_graph(revision);
+  // Before the scheduler can send it back. Who has seen this command done sees it, by num_done().
+  if (close) is_active_away_.store(true, std::memory_order_relaxed);
   hand_over(close ? mapper_.close(SpawnReason::kLoopClosure) : nullptr, revision->graph.stamp, close, revision);
 }
 

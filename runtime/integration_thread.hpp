@@ -42,6 +42,8 @@ class IntegrationThread {
   [[nodiscard]] std::uint64_t num_done() const { return num_done_.load(std::memory_order_acquire); }
   /// Commands given to the scheduler so far. Meaningful while this thread is idle.
   [[nodiscard]] std::uint64_t num_handed_over() const { return num_handed_over_.load(std::memory_order_acquire); }
+  /// The active submap was closed to be fused and has not come back: a scan now would begin another one.
+  [[nodiscard]] bool is_active_away() const { return is_active_away_.load(std::memory_order_acquire); }
   /// Puts the thread before all that has no priority in real time (SCHED_FIFO). False when that is not permitted.
   [[nodiscard]] bool raise_priority(int priority);
   /// Closes the active submap, hands it to the scheduler, and ends the thread. Queue nothing afterwards.
@@ -58,6 +60,7 @@ class IntegrationThread {
   IntegrationPorts ports_;
   SensorTime now_;
   std::atomic<bool> stop_{false};
+  std::atomic<bool> is_active_away_{false};
   std::atomic<std::uint64_t> num_done_{0};
   std::atomic<std::uint64_t> num_handed_over_{0};
   std::thread thread_;

@@ -6,6 +6,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include "runtime/cpu_clock.hpp"
+#include "runtime/thread_name.hpp"
 
 namespace cloister {
 
@@ -29,6 +30,7 @@ OverlapWorker::~OverlapWorker() {
 }
 
 void OverlapWorker::run() {
+  name_this_thread("overlap");
   while (true) {
     const std::uint32_t seen = bell_.count();
     OverlapBatch* batch = nullptr;

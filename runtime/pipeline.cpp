@@ -138,7 +138,7 @@ void Pipeline::submit(std::unique_ptr<GraphRevision> revision) {
   }
   (void)commands_.try_push({{}, revision.get()});
   revisions_.push_back(std::move(revision));
-  ++num_commands_;
+  graph_command_ = ++num_commands_;
   integration_bell_.ring();
 }
 

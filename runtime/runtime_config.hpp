@@ -10,7 +10,7 @@ namespace cloister {
 /// Threads and queues.
 struct RuntimeConfig {
   int overlap_workers = 1;       ///< threads that compare pairs of submaps
-  int scan_queue = 8;            ///< scans that may wait for the integration thread
+  int scan_queue = 16;           ///< scans that may wait for the integration thread, as after a pause of the network
   int graph_queue = 256;         ///< graph revisions that may be under way
   double fusion_reserve = 0.25;  ///< share of the voxel pools that is kept for fusions
   int integration_priority = 0;  ///< of its thread in real time (SCHED_FIFO), where permitted; 0 = as everything else

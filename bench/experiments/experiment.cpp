@@ -6,7 +6,7 @@
 #include <iterator>
 #include <string_view>
 
-#include "bench/experiments/child_program.hpp"
+#include "bench/support/child_program.hpp"
 #include "bench/experiments/doubled_surface.hpp"
 #include "bench/experiments/json_file.hpp"
 #include "bench/experiments/pair_doubt.hpp"

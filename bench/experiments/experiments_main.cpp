@@ -9,7 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "bench/experiments/child_program.hpp"
+#include "bench/support/child_program.hpp"
 #include "bench/experiments/experiment.hpp"
 #include "bench/experiments/growth_plot.hpp"
 #include "bench/experiments/limits.hpp"
@@ -49,14 +49,7 @@ Provenance describe(const Options& options) {
   std::tm utc{};
   char date[32] = "";
   if (gmtime_r(&now, &utc) != nullptr) std::strftime(date, sizeof(date), "%Y-%m-%d", &utc);
-  const fs::path answer = options.experiment.out / "commit.txt";
-  std::string commit = "unknown";
-  if (run_program({"git", "-C", CLOISTER_TREE, "describe", "--always", "--dirty", "--exclude=*"},
-                  answer, options.experiment.out / "commit.log")) {
-    commit = read_text(answer);
-    commit.erase(commit.find_last_not_of('\n') + 1);
-  }
-  return {date, describe_machine(), commit};
+  return {date, describe_machine(), source_commit(CLOISTER_TREE, options.experiment.out)};
 }
 
 Result<void> write_text(const fs::path& file, const std::string& text) {

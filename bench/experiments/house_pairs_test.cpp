@@ -4,7 +4,7 @@
 
 #include <doctest/doctest.h>
 
-#include "bench/experiments/child_program.hpp"
+#include "bench/support/child_program.hpp"
 #include "bench/experiments/json_file.hpp"
 #include "bench/experiments/pair_doubt.hpp"
 #include "bench/experiments/replay_figures.hpp"

@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "bench/experiments/child_program.hpp"
+#include "bench/support/child_program.hpp"
 #include "bench/simulate/number_text.hpp"
 
 namespace cloister {

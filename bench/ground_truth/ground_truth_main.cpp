@@ -13,6 +13,7 @@
 #include "bench/ground_truth/room_accuracy.hpp"
 #include "bench/ground_truth/state_accuracy.hpp"
 #include "bench/simulate/ply_file.hpp"
+#include "bench/support/child_program.hpp"
 #include "bench/support/program.hpp"
 
 namespace cloister {
@@ -64,8 +65,10 @@ Result<StateAccuracy> ask_map(const Options& options, const GroundTruth& truth,
   stream.close();
   if (error || !stream)
     return fail(ErrorKind::kResource, scratch.string() + ": cannot be written: free some space");
-  const auto asked = run_query(options.cloister, options.out / "map.cloister",
-                               scratch / "points.csv", scratch / "states.csv");
+  const auto asked = run_program({options.cloister.string(), "query",
+                                  (options.out / "map.cloister").string(),
+                                  (scratch / "points.csv").string()},
+                                 scratch / "states.csv", {});
   if (!asked) return tl::unexpected(asked.error());
   const auto states = read_states(scratch / "states.csv", points.size());
   if (!states) return tl::unexpected(states.error());

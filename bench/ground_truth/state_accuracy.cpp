@@ -1,14 +1,8 @@
 #include "bench/ground_truth/state_accuracy.hpp"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <unistd.h>
-
-#include <cstring>
 #include <fstream>
 
 #include <Eigen/Geometry>
-#include <sys/wait.h>
 
 #include "bench/simulate/number_text.hpp"
 #include "bench/simulate/random_stream.hpp"
@@ -139,32 +133,6 @@ StateAccuracy compare_states(const std::vector<TruePoint>& points,
     }
   }
   return result;
-}
-
-Result<void> run_query(const std::filesystem::path& program, const std::filesystem::path& map,
-                       const std::filesystem::path& points, const std::filesystem::path& states) {
-  const std::string words[] = {program.string(), "query", map.string(), points.string()};
-  std::vector<char*> arguments;
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, states.c_str(),
-                                   O_WRONLY | O_CREAT | O_TRUNC, 0644);
-  pid_t child = 0;
-  const int error =
-      posix_spawn(&child, words[0].c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) {
-    return fail(ErrorKind::kResource, words[0] + ": cannot be started: " + std::strerror(error) +
-                                          ": name it with --cloister");
-  }
-  int status = 0;
-  if (waitpid(child, &status, 0) != child || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    return fail(ErrorKind::kResource,
-                words[0] + " query " + words[2] + ": failed: run it by hand to see why");
-  }
-  return {};
 }
 
 }  // namespace cloister

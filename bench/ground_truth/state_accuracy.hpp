@@ -51,11 +51,4 @@ struct StateAccuracy {
 [[nodiscard]] StateAccuracy compare_states(const std::vector<TruePoint>& points,
                                            const std::vector<PointState>& states);
 
-/// Runs `program query map points`, its output going to `states`. Errors: kResource when the program cannot be
-/// started or fails
-[[nodiscard]] Result<void> run_query(const std::filesystem::path& program,
-                                     const std::filesystem::path& map,
-                                     const std::filesystem::path& points,
-                                     const std::filesystem::path& states);
-
 }  // namespace cloister

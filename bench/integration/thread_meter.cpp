@@ -3,17 +3,14 @@
 #include <time.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstddef>
-
 #include <linux/perf_event.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 
+#include "bench/support/allocation_counter.hpp"
+
 namespace cloister {
 namespace {
-
-thread_local constinit std::int64_t t_num_allocations = 0;
 
 /// A counter of this thread's cycles in user mode, or -1: virtual machines and locked-down systems have none.
 int open_cycle_counter() {
@@ -47,7 +44,7 @@ Spent ThreadMeter::now() const {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);
   now.page_faults = usage.ru_minflt;
-  now.allocations = thread_allocations();
+  now.allocations = thread_allocation_counts().allocations;
   timespec cpu{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &cpu);
   now.cpu_ns = std::int64_t{cpu.tv_sec} * 1'000'000'000 + cpu.tv_nsec;
@@ -65,39 +62,4 @@ Spent ThreadMeter::stop() {
   return spent;
 }
 
-std::int64_t thread_allocations() { return t_num_allocations; }
-
 }  // namespace cloister
-
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void* __libc_memalign(std::size_t, std::size_t);
-
-void* malloc(std::size_t size) {
-  ++cloister::t_num_allocations;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  ++cloister::t_num_allocations;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* old, std::size_t size) {
-  ++cloister::t_num_allocations;
-  return __libc_realloc(old, size);
-}
-void* memalign(std::size_t alignment, std::size_t size) {
-  ++cloister::t_num_allocations;
-  return __libc_memalign(alignment, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) { return memalign(alignment, size); }
-int posix_memalign(void** result, std::size_t alignment, std::size_t size) {
-  *result = memalign(alignment, size);
-  return *result != nullptr ? 0 : ENOMEM;
-}
-}
-
-#endif

@@ -10,7 +10,7 @@ struct Spent {
   std::int64_t cpu_ns = 0;
   std::optional<std::int64_t> cycles;  ///< user mode; nothing where the system does not count them
   std::int64_t page_faults = 0;        ///< minor ones: memory touched for the first time
-  std::int64_t allocations = 0;        ///< calls of malloc and its relatives
+  std::int64_t allocations = 0;        ///< as AllocationCounts has them
 };
 
 /// Measures stretches of the thread that made it.
@@ -31,9 +31,5 @@ class ThreadMeter {
   int cycles_file_ = -1;
   Spent start_;
 };
-
-/// How often the calling thread has asked for heap memory since it began. malloc itself is counted, not operator new:
-/// Eigen's heap goes past the latter. Always 0 under sanitizers, which bring allocators of their own.
-[[nodiscard]] std::int64_t thread_allocations();
 
 }  // namespace cloister

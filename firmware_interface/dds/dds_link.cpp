@@ -51,6 +51,7 @@ Result<DdsLink> DdsLink::open(const DdsOptions& options) {
   link.participant_ = dds_create_participant(domain_id, qos.get(), nullptr);
   if (link.participant_ < 0) return failed(std::exchange(link.participant_, 0));
   link.uses_shared_memory_ = daemon.is_usable;
+  link.stays_on_host_ = options.interface == "lo" || options.interface.starts_with("127.");
   link.transport_ = daemon.is_usable
                         ? "scans through shared memory where both sides have it, all else over UDP"
                         : "everything over UDP, no shared memory: " + daemon.reason;
@@ -63,6 +64,7 @@ DdsLink& DdsLink::operator=(DdsLink&& other) noexcept {
   std::swap(domain_, other.domain_);
   std::swap(participant_, other.participant_);
   std::swap(uses_shared_memory_, other.uses_shared_memory_);
+  std::swap(stays_on_host_, other.stays_on_host_);
   std::swap(transport_, other.transport_);
   return *this;
 }

@@ -22,6 +22,8 @@ class DdsLink {
   ~DdsLink();
 
   [[nodiscard]] bool uses_shared_memory() const { return uses_shared_memory_; }
+  /// Whoever is heard runs on this host, and goes by its clock.
+  [[nodiscard]] bool stays_on_host() const { return stays_on_host_; }
   /// One line: what scans go through, and why.
   [[nodiscard]] const std::string& transport() const { return transport_; }
   /// Cyclone's handle, a dds_entity_t.
@@ -33,6 +35,7 @@ class DdsLink {
   std::int32_t domain_ = 0;
   std::int32_t participant_ = 0;
   bool uses_shared_memory_ = false;
+  bool stays_on_host_ = false;
   std::string transport_;
 };
 

@@ -22,6 +22,8 @@ struct MapperTopics::Ends {
   GraphParts parts{counters};
   std::unique_ptr<cloister_wire_OrganisedScan> copy =
       std::make_unique<cloister_wire_OrganisedScan>();
+  bool stays_on_host = false;
+  std::optional<std::int64_t> scan_written_ns;
   bool has_scan = false;
   std::uint32_t last_scan_number = 0;
 
@@ -41,6 +43,7 @@ MapperTopics::~MapperTopics() = default;
 
 Result<MapperTopics> MapperTopics::open(const DdsLink& link) {
   auto ends = std::make_unique<Ends>();
+  ends->stays_on_host = link.stays_on_host();
   EndMaker make(link.participant());
   ends->scan = make.reader(kScanTopic);
   ends->odometry = make.reader(kOdometryTopic);
@@ -98,6 +101,9 @@ bool MapperTopics::take(Scan& scan, int num_beams, int num_columns) {
                                                                               &ddsi_serdata_unref);
     if (!info.valid_data) continue;
     const cloister_wire_OrganisedScan* message = ends_->copy.get();
+    ends_->scan_written_ns.reset();
+    if (ends_->stays_on_host || data->iox_chunk != nullptr)
+      ends_->scan_written_ns = info.source_timestamp;
     if (data->iox_chunk != nullptr &&
         shm_get_data_state(data->iox_chunk) == IOX_CHUNK_CONTAINS_RAW_DATA) {
       message = static_cast<const cloister_wire_OrganisedScan*>(data->iox_chunk);
@@ -112,6 +118,10 @@ bool MapperTopics::take(Scan& scan, int num_beams, int num_columns) {
     if (from_wire(*message, num_beams, num_columns, scan)) return true;
     ends_->counters.add(TopicCause::kScanMalformed);
   }
+}
+
+std::optional<std::int64_t> MapperTopics::scan_written_ns() const {
+  return ends_->scan_written_ns;
 }
 
 bool MapperTopics::take(SaveMapRequest& request) {

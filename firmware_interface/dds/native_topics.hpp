@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -116,6 +117,8 @@ class MapperTopics {
   /// @param num_beams, num_columns  what the sensor has; other scans are counted and dropped
   bool take(Scan& scan, int num_beams, int num_columns);
   bool take(SaveMapRequest& request);
+  /// When the scan taken last was written, Unix time. Nothing when that may have been on another host, by its clock.
+  [[nodiscard]] std::optional<std::int64_t> scan_written_ns() const;
 
   void publish(const SubmapList& list);
   void publish(const Diagnostics& diagnostics);

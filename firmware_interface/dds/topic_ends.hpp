@@ -85,13 +85,15 @@ bool take_fixed(const DdsEntity& reader, Message& message) {
 }
 
 /// Takes one sample of a type with strings or sequences and shows it to `use`.
+/// @param written  set to when it was written, by the writer's clock
 template <typename Message, typename Use>
-bool take_loaned(const DdsEntity& reader, Use&& use) {
+bool take_loaned(const DdsEntity& reader, Use&& use, dds_time_t* written = nullptr) {
   while (true) {
     void* samples[1] = {nullptr};
     dds_sample_info_t info;
     if (dds_take(reader.handle(), samples, &info, 1, 1) != 1) return false;
     const bool is_valid = info.valid_data;
+    if (written != nullptr) *written = info.source_timestamp;
     if (is_valid) use(*static_cast<const Message*>(samples[0]));
     (void)dds_return_loan(reader.handle(), samples, 1);
     if (is_valid) return true;

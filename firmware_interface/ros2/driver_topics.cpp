@@ -55,17 +55,20 @@ struct DriverListener::Ends {
   PathDecoder path_decoder;
   StaticTransforms transforms;
   bool has_cloud = false;
+  bool stays_on_host = false;
+  dds_time_t scan_written_ns = 0;
   std::uint64_t num_paths = 0;
   MessageCounters counters;
 
   /// Takes messages until `use` can make something of one.
   template <typename Topic, typename Use>
-  bool take(const DdsEntity& reader, Use&& use) {
+  bool take(const DdsEntity& reader, Use&& use, dds_time_t* written = nullptr) {
     bool is_used = false;
-    while (!is_used && take_loaned<Topic>(reader, [&](const Topic& message) {
+    const auto count_and_use = [&](const Topic& message) {
       counters.add(MessageCause::kMessages);
       is_used = use(message);
-    })) {
+    };
+    while (!is_used && take_loaned<Topic>(reader, count_and_use, written)) {
     }
     return is_used;
   }
@@ -84,6 +87,7 @@ Result<DriverListener> DriverListener::open(const DdsLink& link, const Options& 
         "ros2.points_topic and one of ros2.odometry_topic and ros2.path_topic must be named");
   }
   auto ends = std::make_unique<Ends>(options);
+  ends->stays_on_host = link.stays_on_host();
   TopicQos points_profile = kPointCloudInput, odometry_profile = kOdometryInput;
   points_profile.is_reliable = odometry_profile.is_reliable = options.is_reliable;
   EndMaker make(link.participant());
@@ -122,11 +126,17 @@ bool DriverListener::take(GraphUpdate& update) {
 }
 
 bool DriverListener::take(Scan& scan) {
-  const bool is_taken = ends_->take<PointCloud2>(ends_->points, [&](const PointCloud2& message) {
+  const auto decode = [&](const PointCloud2& message) {
     return ends_->clouds_decoder.scan(message, ends_->counters, scan);
-  });
+  };
+  const bool is_taken =
+      ends_->take<PointCloud2>(ends_->points, decode, &ends_->scan_written_ns);
   ends_->has_cloud |= is_taken;
   return is_taken;
+}
+
+std::optional<std::int64_t> DriverListener::scan_written_ns() const {
+  return ends_->stays_on_host ? std::optional(ends_->scan_written_ns) : std::nullopt;
 }
 
 std::optional<Pose> DriverListener::T_body_cloud() {

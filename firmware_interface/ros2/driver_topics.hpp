@@ -53,6 +53,8 @@ class DriverListener {
   bool take(GraphUpdate& update);
   /// Fills all that PointCloudDecoder does.
   bool take(Scan& scan);
+  /// When the scan taken last was written, Unix time. Nothing when that may have been on another host, by its clock.
+  [[nodiscard]] std::optional<std::int64_t> scan_written_ns() const;
 
   /// The clouds' frame in that of odometry and path: by the static transforms that have come so far, between the frames
   /// that clouds and odometry name. Without odometry the path's poses are those of the clouds' frame.

@@ -16,6 +16,22 @@ namespace {
 // Between two looks at what arrives on another way than the one that is waited for.
 constexpr std::chrono::milliseconds kPacketWait{5};
 constexpr std::chrono::milliseconds kTopicWait{20};
+// The same while a scan waits for the end of a fusion.
+constexpr std::chrono::milliseconds kFusionWait{1};
+// A fusion of the active submap takes tens of milliseconds in a building. Scans wait this long for one: so a live mission
+// becomes the map of its replay. A longer one goes on beside them, which then go into a submap of their own.
+constexpr std::chrono::milliseconds kMaxFusionWait{300};
+// Older than this is no way between two processes, but a clock that was set.
+constexpr std::chrono::seconds kMaxWay{10};
+
+/// When a scan arrived that was written, or received by the kernel, at an instant of the wall's clock.
+std::chrono::steady_clock::time_point arrival(std::optional<std::int64_t> wall_ns) {
+  const auto now = std::chrono::steady_clock::now();
+  if (!wall_ns) return now;
+  const auto age =
+      std::chrono::system_clock::now().time_since_epoch() - std::chrono::nanoseconds(*wall_ns);
+  return age >= age.zero() && age < kMaxWay ? now - age : now;
+}
 
 /// The largest scan that may come.
 Pipeline::Options capacity_for(const LiveMission::Parts& parts, const ScanGeometry& geometry,
@@ -41,6 +57,7 @@ LiveMission::LiveMission(Parts parts, const ProgramConfig& config)
 
 void LiveMission::begin() {
   // In the order in which they know each other, and one pipeline's memory before another's.
+  graph_submitted_.reset();
   service_.reset();
   status_.reset();
   ros2_.reset();
@@ -90,16 +107,18 @@ void LiveMission::collect(Clock::time_point now) {
 }
 
 void LiveMission::wait() {
+  const auto topic_wait = graph_submitted_ ? kFusionWait : kTopicWait;
   if (parts_.drivers) {
-    parts_.drivers->wait(kTopicWait);
+    parts_.drivers->wait(topic_wait);
     return;
   }
   if (!parts_.socket) {
-    parts_.topics->wait(kTopicWait);
+    parts_.topics->wait(topic_wait);
     return;
   }
   pollfd waited{parts_.socket->file_descriptor(), POLLIN, 0};
-  (void)poll(&waited, 1, static_cast<int>(kPacketWait.count()));
+  const auto packet_wait = graph_submitted_ ? kFusionWait : kPacketWait;
+  (void)poll(&waited, 1, static_cast<int>(packet_wait.count()));
 }
 
 void LiveMission::take_in(Clock::time_point now) {
@@ -114,12 +133,12 @@ void LiveMission::take_in(Clock::time_point now) {
   for (SensorDescription known; parts_.topics->take(known);) {
   }
   if (parts_.socket) {
-    take_packets(now);
+    take_packets();
     return;
   }
   while (parts_.topics->take(feed_->scan_to_fill(), geometry_.num_beams, geometry_.num_columns)) {
     feed_->scan_to_fill().geometry = &geometry_;
-    feed_->push_scan(now);
+    feed_->push_scan(arrival(parts_.topics->scan_written_ns()));
   }
 }
 
@@ -128,33 +147,48 @@ void LiveMission::take_from_drivers(Clock::time_point now) {
   for (OdometrySample sample; drivers.take(sample);) feed_->push(sample);
   for (GraphUpdate update; drivers.take(update);) feed_->push(update, now);
   // One at a time: it takes a while to read, and what is needed to place it goes before the next.
-  if (drivers.take(feed_->scan_to_fill())) feed_->push_scan(now);
+  if (drivers.take(feed_->scan_to_fill())) feed_->push_scan(arrival(drivers.scan_written_ns()));
   // Asked for even when nobody needs it: what comes is to be taken.
   const auto T_body_cloud = drivers.T_body_cloud();
   if (T_body_cloud && !feed_->has_T_B_L()) feed_->set_T_B_L(*T_body_cloud);
 }
 
-void LiveMission::take_packets(Clock::time_point now) {
+void LiveMission::take_packets() {
   for (UdpDatagram datagram; parts_.socket->next(datagram);) {
     // Whichever port it was sent to, this is the sensor's lidar port here.
     datagram.destination_port = parts_.metadata.lidar_port;
-    if (assembler_->push(datagram)) take_assembled(now);
+    if (assembler_->push(datagram)) take_assembled(arrival(datagram.capture_time_ns));
   }
 }
 
-void LiveMission::take_assembled(Clock::time_point now) {
+void LiveMission::take_assembled(Clock::time_point arrived) {
   while (assembler_->take(feed_->scan_to_fill())) {
     feed_->scan_to_fill().geometry = &geometry_;
-    feed_->push_scan(now);
+    feed_->push_scan(arrived);
   }
+}
+
+bool LiveMission::waits_for_fusion(Clock::time_point now) {
+  if (!graph_submitted_) return false;
+  if (pipeline_->awaits_fusion()) {
+    if (now != kEnd && now - *graph_submitted_ < kMaxFusionWait) return true;
+    if (now != kEnd) {
+      ++pipeline_->record().counters["fusions_not_waited_for"];
+    } else {
+      pipeline_->drain();
+    }
+  }
+  graph_submitted_.reset();
+  return false;
 }
 
 void LiveMission::feed_pipeline(Clock::time_point now) {
-  while (true) {
+  while (!waits_for_fusion(now)) {
     const LiveFeed::Item item = feed_->next(now, next_);
     if (item == LiveFeed::Item::kNone) return;
     if (item == LiveFeed::Item::kGraph) {
       pipeline_->submit(feed_->take_graph());
+      graph_submitted_ = now;
     } else if (Scan* slot = pipeline_->try_take_slot()) {
       std::swap(*slot, next_);
       pipeline_->submit(slot, feed_->scan_arrived());
@@ -189,7 +223,7 @@ void LiveMission::answer_requests() {
 void LiveMission::finish() {
   if (assembler_ && assembler_->flush()) take_assembled(Clock::now());
   // What waits for its pose has waited long enough.
-  feed_pipeline(Clock::time_point::max());
+  feed_pipeline(kEnd);
   pipeline_->finish();
   MissionRecord& record = pipeline_->record();
   record.mission = "live";

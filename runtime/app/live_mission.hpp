@@ -56,6 +56,7 @@ class LiveMission {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::seconds kPatience{10};
+  static constexpr Clock::time_point kEnd = Clock::time_point::max();
 
   /// Starts a pipeline with an empty map.
   void begin();
@@ -63,9 +64,10 @@ class LiveMission {
   void wait();
   void take_in(Clock::time_point now);
   void take_from_drivers(Clock::time_point now);
-  void take_packets(Clock::time_point now);
-  void take_assembled(Clock::time_point now);
+  void take_packets();
+  void take_assembled(Clock::time_point arrived);
   void feed_pipeline(Clock::time_point now);
+  [[nodiscard]] bool waits_for_fusion(Clock::time_point now);
   void answer_requests();
   [[nodiscard]] std::map<std::string, std::int64_t> counts(bool only_drops) const;
 
@@ -80,6 +82,7 @@ class LiveMission {
   std::optional<StatusPublisher> status_;
   std::optional<MapService> service_;
   Scan next_;
+  std::optional<Clock::time_point> graph_submitted_;  ///< set while what follows it waits
   Clock::time_point last_move_ = Clock::now();
   std::uint64_t num_done_ = 0;
 };

@@ -18,7 +18,7 @@
 #include "firmware_interface/dds/native_topics.hpp"
 #include "firmware_interface/ouster/sensor_metadata.hpp"
 #include "test/support/json.hpp"
-#include "test/support/private_host.hpp"
+#include "bench/support/private_host.hpp"
 #include "test/support/program.hpp"
 
 // For tests of live missions: they are compiled with CLOISTER_PROGRAM, CLOISTER_HOUSE_MISSION and
@@ -78,16 +78,6 @@ struct Host {
     return queried.exit_status == 0;
   }
 };
-
-/// What has gone through this network so far.
-inline std::uint64_t loopback_bytes() {
-  std::ifstream file("/proc/self/net/dev");
-  for (std::string line; std::getline(file, line);) {
-    const auto at = line.find("lo:");
-    if (at != std::string::npos) return std::stoull(line.substr(at + 3));
-  }
-  return 0;
-}
 
 /// What the mapper says about itself, once it says what is waited for.
 template <typename Condition>

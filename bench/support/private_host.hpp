@@ -7,8 +7,10 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <thread>
 #include <utility>
@@ -24,8 +26,8 @@
 
 namespace cloister {
 
-/// Moves this process into a network, a /tmp and a /dev/shm of its own, so that tests side by side do not hear each
-/// other: only loopback, and everything gone with the process. Needs the right to do so; `why_not` says when it is
+/// Moves this process into a network, a /tmp and a /dev/shm of its own, so that missions side by side do not hear
+/// each other: only loopback, and everything gone with the process. Needs the right to do so; `why_not` says when it is
 /// missing.
 class PrivateHost {
  public:
@@ -72,7 +74,17 @@ class PrivateHost {
   std::string why_not_;
 };
 
-/// A program that runs beside the test, in the same network, and never outlives it.
+/// What has gone through this network so far.
+inline std::uint64_t loopback_bytes() {
+  std::ifstream file("/proc/self/net/dev");
+  for (std::string line; std::getline(file, line);) {
+    const auto at = line.find("lo:");
+    if (at != std::string::npos) return std::stoull(line.substr(at + 3));
+  }
+  return 0;
+}
+
+/// A program that runs beside this one, in the same network, and never outlives it.
 class Background {
  public:
   /// Starts `arguments[0]`. Its stdout and stderr go to `log`.
@@ -102,6 +114,7 @@ class Background {
   Background(Background&& other) noexcept : pid_(std::exchange(other.pid_, 0)) {}
   Background& operator=(Background&&) = delete;
 
+  [[nodiscard]] pid_t id() const { return pid_; }
   void signal(int number) const { kill(pid_, number); }
 
   /// Waits for its end. Returns its exit status, 128 + the signal that ended it, or -1 when it does not end in time.
