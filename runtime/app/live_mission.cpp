@@ -18,9 +18,11 @@ constexpr std::chrono::milliseconds kPacketWait{5};
 constexpr std::chrono::milliseconds kTopicWait{20};
 // The same while a scan waits for the end of a fusion.
 constexpr std::chrono::milliseconds kFusionWait{1};
-// A fusion of the active submap takes tens of milliseconds in a building. Scans wait this long for one: so a live mission
-// becomes the map of its replay. A longer one goes on beside them, which then go into a submap of their own.
-constexpr std::chrono::milliseconds kMaxFusionWait{300};
+// A fusion of the active submap takes tens of milliseconds, a chain of them half a second. Scans wait this long for it, and
+// while no more of them wait than there is room for: so a live mission becomes the map of its replay. A longer one goes on
+// beside them, which then go into a submap of their own.
+constexpr std::chrono::milliseconds kMaxFusionWait{1500};
+constexpr std::size_t kMaxScansInWait = LiveFeed::kMaxWaitingScans - 2;
 // Older than this is no way between two processes, but a clock that was set.
 constexpr std::chrono::seconds kMaxWay{10};
 
@@ -171,7 +173,8 @@ void LiveMission::take_assembled(Clock::time_point arrived) {
 bool LiveMission::waits_for_fusion(Clock::time_point now) {
   if (!graph_submitted_) return false;
   if (pipeline_->awaits_fusion()) {
-    if (now != kEnd && now - *graph_submitted_ < kMaxFusionWait) return true;
+    const bool has_time = now != kEnd && now - *graph_submitted_ < kMaxFusionWait;
+    if (has_time && feed_->num_waiting_scans() <= kMaxScansInWait) return true;
     if (now != kEnd) {
       ++pipeline_->record().counters["fusions_not_waited_for"];
     } else {
