@@ -1,0 +1,71 @@
+#include <cstdint>
+#include <thread>
+#include <utility>
+
+#include <doctest/doctest.h>
+
+#include "firmware_interface/map/map_hash.hpp"
+#include "firmware_interface/mission/mission_reader.hpp"
+#include "runtime/pipeline.hpp"
+
+namespace cloister {
+namespace {
+
+struct Outcome {
+  std::uint64_t hash = 0;
+  std::int64_t scans = 0, fusions = 0;
+};
+
+/// Maps the house with a high spawn threshold: many submaps, many fusions.
+/// @param is_lockstep  whether the reader lets the map settle after each graph and each finished submap; else it holds back
+///                     only what comes behind a graph, until the fusion that follows from it is over
+Outcome map_house(bool is_lockstep) {
+  ProgramConfig config;
+  config.map.spawn.min_overlap = 0.85;
+  config.map.fusion.min_active_travel_m = 1;
+  auto reader = MissionReader::open(CLOISTER_HOUSE_MISSION, config.map);
+  REQUIRE(reader.has_value());
+  Pipeline::Options options;
+  options.max_scan_pixels = (*reader)->max_pixels();
+  options.max_scan_columns = (*reader)->max_columns();
+  Pipeline pipeline(config, options);
+  Scan next;
+  next.reserve(options.max_scan_pixels, options.max_scan_columns, MissionReader::kMaxPoses);
+  while (true) {
+    const auto item = (*reader)->next(next);
+    REQUIRE(item.has_value());
+    if (*item == MissionReader::Item::kEnd) break;
+    if (is_lockstep) {
+      pipeline.wait_for_scans(0);
+      if (pipeline.take_submap_finished()) pipeline.drain();
+    }
+    pipeline.wait_for_scans(4);
+    while (pipeline.awaits_fusion()) std::this_thread::yield();
+    if (*item == MissionReader::Item::kGraph) {
+      pipeline.submit((*reader)->take_graph());
+      if (is_lockstep) pipeline.drain();
+      continue;
+    }
+    Scan* slot = pipeline.try_take_slot();
+    REQUIRE(slot != nullptr);
+    std::swap(*slot, next);
+    pipeline.submit(slot);
+  }
+  pipeline.finish();
+  return {map_hash(pipeline.store(), pipeline.submaps()), pipeline.record().scans_integrated,
+          pipeline.record().fusions_accepted};
+}
+
+TEST_CASE(
+    "scans that wait for fusions of the active submap, and for nothing else, become the map of "
+    "lockstep") {
+  const Outcome lockstep = map_house(true);
+  const Outcome live = map_house(false);
+  CHECK(lockstep.fusions > 0);
+  CHECK(live.scans == lockstep.scans);
+  CHECK(live.fusions == lockstep.fusions);
+  CHECK(live.hash == lockstep.hash);
+}
+
+}  // namespace
+}  // namespace cloister
