@@ -120,9 +120,7 @@ bool MapperTopics::take(Scan& scan, int num_beams, int num_columns) {
   }
 }
 
-std::optional<std::int64_t> MapperTopics::scan_written_ns() const {
-  return ends_->scan_written_ns;
-}
+std::optional<std::int64_t> MapperTopics::scan_written_ns() const { return ends_->scan_written_ns; }
 
 bool MapperTopics::take(SaveMapRequest& request) {
   cloister_wire_SaveMapRequest message;

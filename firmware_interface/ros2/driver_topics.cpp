@@ -129,8 +129,7 @@ bool DriverListener::take(Scan& scan) {
   const auto decode = [&](const PointCloud2& message) {
     return ends_->clouds_decoder.scan(message, ends_->counters, scan);
   };
-  const bool is_taken =
-      ends_->take<PointCloud2>(ends_->points, decode, &ends_->scan_written_ns);
+  const bool is_taken = ends_->take<PointCloud2>(ends_->points, decode, &ends_->scan_written_ns);
   ends_->has_cloud |= is_taken;
   return is_taken;
 }
