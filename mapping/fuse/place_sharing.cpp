@@ -9,21 +9,32 @@
 namespace cloister {
 namespace {
 
+// How much of a block the other must know for it to be dropped rather than given: what it says is not filled in.
+constexpr double kMinKnownToDrop = 0.6;
+
 /// Blocks of `from` for which `into` is the better home.
-std::vector<BlockCoord> find_given(const VoxelStore& store, const Submap& from, const Submap& into,
-                                   const Pose& T_into_from, double edge_m) {
-  std::vector<BlockCoord> given;
+struct Leaving {
+  std::vector<BlockCoord> given;    ///< fill in what `into` does not know
+  std::vector<BlockCoord> dropped;  ///< `into` says it all, if a little aside
+};
+
+Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& into,
+                     const Pose& T_into_from, double edge_m) {
+  Leaving leaving;
   const Eigen::Isometry3f T = T_into_from.cast<float>();
   const auto block_m = static_cast<float>(edge_m);
   from.volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
     const Eigen::Vector3f middle_from = (coord.cast<float>().array() + 0.5f).matrix() * block_m;
     const Eigen::Vector3f middle_into = T * middle_from;
     if (!knows_block(store, view, into.volume, middle_into, block_m)) return;
-    if (into.path.squared_distance(middle_into) < from.path.squared_distance(middle_from) &&
-        shows_same_surface(store, coord, view, into.volume, T, block_m / kBlockEdge))
-      given.push_back(coord);
+    if (into.path.squared_distance(middle_into) >= from.path.squared_distance(middle_from)) return;
+    const BlockAgreement agreement =
+        compare_block(store, coord, view, from.volume, into.volume, T, block_m / kBlockEdge);
+    if (!agreement.is_same_surface) return;
+    const bool is_dropped = !agreement.is_aligned && agreement.share_known >= kMinKnownToDrop;
+    (is_dropped ? leaving.dropped : leaving.given).push_back(coord);
   });
-  return given;
+  return leaving;
 }
 
 /// Moves places between volumes of one frame, as far as the pool of chunks goes.
@@ -51,22 +62,24 @@ std::size_t move_places(const std::vector<BlockCoord>& coords, VoxelPools& pools
 
 std::optional<std::size_t> give(Submap& from, Submap& into, const Pose& T_into_from,
                                 const VoxelConfig& config, VoxelPools& pools) {
-  const std::vector<BlockCoord> given =
-      find_given(pools.store, from, into, T_into_from, config.voxel_size_m * kBlockEdge);
-  if (given.empty()) return 0;
+  const auto [given, dropped] =
+      find_leaving(pools.store, from, into, T_into_from, config.voxel_size_m * kBlockEdge);
+  if (given.empty() && dropped.empty()) return 0;
   Volume parcel;
-  const std::size_t moved = move_places(given, pools, from.volume, parcel);
-  if (moved < given.size() ||
+  const std::size_t num_given = move_places(given, pools, from.volume, parcel);
+  if (num_given < given.size() ||
       !fuse_volume(parcel, T_into_from.inverse(), config, pools, into.volume, BothKnown::kKeep)) {
     // Back where it came from: the chunks are still there.
-    (void)move_places({given.begin(), given.begin() + static_cast<std::ptrdiff_t>(moved)}, pools,
-                      parcel, from.volume);
+    (void)move_places({given.begin(), given.begin() + static_cast<std::ptrdiff_t>(num_given)},
+                      pools, parcel, from.volume);
     parcel.clear(pools);
     return std::nullopt;
   }
   parcel.clear(pools);
+  const std::size_t num_dropped = move_places(dropped, pools, from.volume, parcel);
+  parcel.clear(pools);
   from.volume.release_empty_chunks(pools);
-  return moved;
+  return num_given + num_dropped;
 }
 
 }  // namespace

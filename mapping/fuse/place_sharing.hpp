@@ -14,8 +14,10 @@ namespace cloister {
 /// would follow the number of submaps times what a sensor sees, and surfaces would be drawn once by each. A block of one
 /// is given to the other when the other's trail (SubmapPath) comes nearer to its middle, and the other knows at least
 /// half as many voxels there and sees the same surface to three voxels: a graph that is sure of a wrong pose would else
-/// have places given away that cannot follow when it is corrected. What is given fills in what the other does not know; where both know a voxel the nearer
-/// one's word stands: adding a view through a door to what was seen from within blurs walls and wears them down.
+/// have places given away that cannot follow when it is corrected. What is given fills in what the other does not know;
+/// where both know a voxel the nearer one's word stands: adding a view through a door to what was seen from within blurs
+/// walls and wears them down. Where the two see a surface more than a voxel apart, filling in would put the further view
+/// behind the nearer one's wall and draw it twice: if the nearer one knows most of the block, the further view is dropped.
 ///
 /// Since nearness decides, and not which of the two asks, a second call finds nothing more to give unless one of the
 /// submaps has changed.

@@ -15,12 +15,12 @@ struct TwoSubmaps {
     b.path.add({10 * kBlockM, 0, 0});
   }
   /// A block with a surface through its middle, whatever side of it is free.
-  void add_wall(Submap& submap, const BlockCoord& coord) {
+  void add_wall(Submap& submap, const BlockCoord& coord, int thickness_vox = 4) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = submap.volume.make_place(pools, coord, &chunk);
     Block* block = submap.volume.make_block(pools, *chunk, *place);
     for (int i = 0; i < kBlockVoxels; ++i)
-      block->voxels[i] = (i & 7) < 4 ? LogOdds{30} : LogOdds{-30};
+      block->voxels[i] = (i & 7) < thickness_vox ? LogOdds{30} : LogOdds{-30};
   }
   void add_free(Submap& submap, const BlockCoord& coord) {
     Chunk* chunk = nullptr;
@@ -105,6 +105,20 @@ TEST_CASE("a surface that the nearer submap sees elsewhere stays where it is") {
   s.add_wall(s.b, {5, -1, 0});
   CHECK(s.share(T_a_b) == 1);
   CHECK(s.at(s.a, {5, 0, 0}) == kUnknownLogOdds);
+}
+
+TEST_CASE("of a wall that the nearer submap sees two voxels aside, only the nearer view is left") {
+  TwoSubmaps s;
+  s.add_wall(s.a, {5, 0, 0}, 1);
+  s.add_wall(s.b, {5, 0, 0}, 1);
+  Pose T_a_b = Pose::Identity();
+  T_a_b.translation().x() = -2 * s.config.voxel_size_m;
+  const std::size_t blocks_of_b = s.b.volume.num_blocks();
+  CHECK(s.share(T_a_b) == 1);
+  CHECK(s.a.volume.num_blocks() == 0);
+  CHECK(s.b.volume.num_blocks() == blocks_of_b);
+  // Nothing of a's view was filled in behind b's wall.
+  CHECK(s.b.volume.at(s.store, VoxelCoord(48, 0, 0)) == kUnknownLogOdds);
 }
 
 TEST_CASE("chunks in which nothing is known any more go back to the pool") {

@@ -11,7 +11,59 @@ constexpr int kSameSurfaceVox = 3;
 constexpr int kSurfaceStride = 5;
 constexpr std::int64_t kMinKnownDivisor = 2;
 
+/// How many voxels along an axis the nearest occupied one is away; kSameSurfaceVox + 1 when it is further.
+int steps_to_occupied(const VoxelStore& store, const Volume& volume, const VoxelCoord& voxel) {
+  if (volume.at(store, voxel) > 0) return 0;
+  for (int step = 1; step <= kSameSurfaceVox; ++step) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const VoxelCoord aside = step * VoxelCoord::Unit(axis);
+      if (volume.at(store, voxel + aside) > 0 || volume.at(store, voxel - aside) > 0) return step;
+    }
+  }
+  return kSameSurfaceVox + 1;
+}
+
+/// Of occupied voxels that were looked for in the other volume, how many it has, and how near.
+struct Found {
+  int asked = 0, near = 0, adjacent = 0;
+
+  void count(int steps) {
+    ++asked;
+    near += steps <= kSameSurfaceVox;
+    adjacent += steps <= 1;
+  }
+};
+
 }  // namespace
+
+BlockAgreement compare_block(const VoxelStore& store, const BlockCoord& coord,
+                             const BlockView& view, const Volume& from, const Volume& into,
+                             const Eigen::Isometry3f& T_into_from, float voxel_m) {
+  Found ours, theirs;
+  int num_known = 0, num_both = 0, num_occupied = 0;
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    const LogOdds value = view.at(i);
+    if (value == kUnknownLogOdds) continue;
+    const bool is_asked =
+        value > 0 ? num_occupied++ % kSurfaceStride == 0 : i % kSurfaceStride == 0;
+    if (!is_asked) continue;
+    const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
+    const Eigen::Vector3f p_into =
+        T_into_from * Eigen::Vector3f((voxel.cast<float>().array() + 0.5f).matrix() * voxel_m);
+    const VoxelCoord voxel_into = (p_into / voxel_m).array().floor().matrix().cast<int>();
+    const LogOdds value_into = into.at(store, voxel_into);
+    ++num_known;
+    num_both += value_into != kUnknownLogOdds;
+    if (value > 0) {
+      ours.count(steps_to_occupied(store, into, voxel_into));
+    } else if (value_into > 0) {
+      theirs.count(steps_to_occupied(store, from, voxel));
+    }
+  }
+  return {.is_same_surface = 2 * ours.near >= ours.asked,
+          .is_aligned = 2 * ours.adjacent >= ours.asked && 2 * theirs.adjacent >= theirs.asked,
+          .share_known = num_known > 0 ? static_cast<double>(num_both) / num_known : 1};
+}
 
 bool knows_block(const VoxelStore& store, const BlockView& view, const Volume& into,
                  const Eigen::Vector3f& middle_into, float block_m) {
@@ -23,16 +75,6 @@ bool knows_block(const VoxelStore& store, const BlockView& view, const Volume& i
 bool shows_same_surface(const VoxelStore& store, const BlockCoord& coord, const BlockView& view,
                         const Volume& into, const Eigen::Isometry3f& T_into_from, float voxel_m) {
   if (view.block == nullptr && view.coarse <= 0) return true;
-  const auto is_occupied_near = [&](const VoxelCoord& voxel) {
-    if (into.at(store, voxel) > 0) return true;
-    for (int axis = 0; axis < 3; ++axis) {
-      for (int step = 1; step <= kSameSurfaceVox; ++step) {
-        const VoxelCoord aside = step * VoxelCoord::Unit(axis);
-        if (into.at(store, voxel + aside) > 0 || into.at(store, voxel - aside) > 0) return true;
-      }
-    }
-    return false;
-  };
   int num_occupied = 0, num_asked = 0, num_found = 0;
   for (int i = 0; i < kBlockVoxels; ++i) {
     if (view.at(i) <= 0 || num_occupied++ % kSurfaceStride != 0) continue;
@@ -40,7 +82,9 @@ bool shows_same_surface(const VoxelStore& store, const BlockCoord& coord, const 
     const Eigen::Vector3f p_into =
         T_into_from * Eigen::Vector3f((voxel.cast<float>().array() + 0.5f).matrix() * voxel_m);
     ++num_asked;
-    num_found += is_occupied_near((p_into / voxel_m).array().floor().matrix().cast<int>());
+    num_found +=
+        steps_to_occupied(store, into, (p_into / voxel_m).array().floor().matrix().cast<int>()) <=
+        kSameSurfaceVox;
   }
   return 2 * num_found >= num_asked;
 }

@@ -14,6 +14,22 @@ namespace cloister {
 [[nodiscard]] bool knows_block(const VoxelStore& store, const BlockView& view, const Volume& into,
                                const Eigen::Vector3f& middle_into, float block_m);
 
+/// What two volumes say about the place of one block.
+struct BlockAgreement {
+  bool is_same_surface = false;  ///< each shows the other's surface within three voxels
+  bool is_aligned = false;       ///< each shows the other's surface within one voxel
+  double share_known = 0;  ///< of what the block's volume knows, how much `into` knows as well
+};
+
+/// Compares a block with what another volume knows there, from a fifth of its voxels. Surfaces are asked for both ways: a
+/// block that is free where `into` has a wall contradicts it.
+/// @param coord, view   the block, of `from`
+/// @param T_into_from   pose of from's frame in into's
+[[nodiscard]] BlockAgreement compare_block(const VoxelStore& store, const BlockCoord& coord,
+                                           const BlockView& view, const Volume& from,
+                                           const Volume& into, const Eigen::Isometry3f& T_into_from,
+                                           float voxel_m);
+
 /// True when `into` has something occupied within reach of most of what a block holds occupied, or when that is nothing.
 /// @param coord, view   the block, of another volume
 /// @param T_into_from   pose of that volume's frame in into's
