@@ -7,10 +7,15 @@
 namespace cloister {
 
 /// Log-odds occupancy and its grid.
+///
+/// A surface lies as often before its returns as behind them. Where it runs along the border of two layers of voxels, the
+/// nearer one would be hit by half of the returns and never be cleared; so the surface is looked for a little behind them,
+/// at about twice the noise of their ranges, where no beam passes.
 struct VoxelConfig {
   double voxel_size_m = 0.065;
   double min_range_m = 0.5;
   double max_range_m = 60.0;
+  double return_depth_m = 0.025;  ///< how far behind a return, along its beam, its surface is marked
   double log_odds_hit = 0.85;
   double log_odds_miss = -0.4;
   double log_odds_min = -2.0;

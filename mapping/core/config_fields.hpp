@@ -15,6 +15,7 @@ void visit_fields(ConfigType& config, Visitor&& visit) {
   visit("voxel.voxel_size_m", voxel.voxel_size_m, 0.01, 1.0);
   visit("voxel.min_range_m", voxel.min_range_m, 0.0, 50.0);
   visit("voxel.max_range_m", voxel.max_range_m, 1.0, 300.0);
+  visit("voxel.return_depth_m", voxel.return_depth_m, 0.0, 0.5);
   visit("voxel.log_odds_hit", voxel.log_odds_hit, 0.05, 6.0);
   visit("voxel.log_odds_miss", voxel.log_odds_miss, -6.0, -0.05);
   visit("voxel.log_odds_min", voxel.log_odds_min, -6.0, -0.05);

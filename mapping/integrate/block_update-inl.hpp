@@ -26,8 +26,14 @@ HWY_INLINE hn::Mask<LogOddsTag> mask_of(LogOddsTag d, std::uint64_t bits) {
   return hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(&bits));
 }
 
-// A block in which a scan changes no more voxels than these may rest.
-constexpr int kMaxRestChanges = 16;
+/// What a scan has changed in a block.
+struct Changes {
+  int num_changed = 0;  ///< voxels with another value than before
+  int num_cleared = 0;  ///< those of them that were occupied, and are less so now
+
+  /// May the block rest? Where something may have gone, the next scan is asked.
+  [[nodiscard]] bool may_rest() const { return num_changed <= 16 && num_cleared == 0; }
+};
 
 /// Greatest value of a block.
 HWY_INLINE LogOdds highest_in(const Block& block) {
@@ -69,15 +75,14 @@ HWY_INLINE OctantMask occupied_octants(const Block& block) {
 
 /// Adds a scan's evidence to the voxels of a block; a voxel that is hit is not free. Beams that passed beside a voxel
 /// (`free` without `crossed`) make it free as long as nothing says that it is occupied: they cannot clear it.
-/// @return number of voxels whose value has changed
-HWY_INLINE int add_evidence(const Evidence& evidence, const BlockBits& free,
-                            const BlockBits& crossed, const BlockBits& hit, Block& block) {
+HWY_INLINE Changes add_evidence(const Evidence& evidence, const BlockBits& free,
+                                const BlockBits& crossed, const BlockBits& hit, Block& block) {
   const LogOddsTag d;
   const auto zero = hn::Zero(d);
   const auto one = hn::Set(d, LogOdds{1}), minus_one = hn::Set(d, LogOdds{-1});
   const auto hit_steps = hn::Set(d, evidence.hit), miss_steps = hn::Set(d, evidence.miss);
   const auto lowest = hn::Set(d, evidence.lowest), highest = hn::Set(d, evidence.highest);
-  std::size_t num_changed = 0;
+  std::size_t num_changed = 0, num_cleared = 0;
   for (int z = 0; z < kBlockEdge; ++z) {
     if ((free.word[z] | hit.word[z]) == 0) continue;
     LogOdds* slice = block.voxels + z * kBlockEdge * kBlockEdge;
@@ -94,10 +99,11 @@ HWY_INLINE int add_evidence(const Evidence& evidence, const BlockBits& free,
       const auto sign = hn::IfThenElse(is_hit, one, hn::IfThenElseZero(is_cleared, minus_one));
       const auto updated = hn::IfThenElse(sum == zero, sign, sum);
       num_changed += hn::CountTrue(d, updated != value);
+      num_cleared += hn::CountTrue(d, hn::And(is_cleared, value > zero));
       hn::Store(updated, d, slice + i);
     }
   }
-  return static_cast<int>(num_changed);
+  return {static_cast<int>(num_changed), static_cast<int>(num_cleared)};
 }
 
 /// Adds free octants to a place that is unknown or a free coarse node. Octants that were known become more free when at
@@ -154,8 +160,8 @@ HWY_INLINE std::size_t apply_to_place(const Evidence& evidence, const BlockBits&
     for (const std::uint64_t word : hit.word) num_free += std::popcount(word);
     return static_cast<std::size_t>(num_free);
   }
-  const int num_changed = add_evidence(evidence, free, crossed, hit, *block);
-  Volume::set_rest(place, num_changed <= kMaxRestChanges);
+  const Changes changes = add_evidence(evidence, free, crossed, hit, *block);
+  Volume::set_rest(place, changes.may_rest());
   if (!has_hits && highest_in(*block) <= 0) volume.settle_block(pools, chunk, place);
   return 0;
 }

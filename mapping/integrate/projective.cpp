@@ -246,8 +246,8 @@ class Carver {
       Block& block = pools_.store.block(Volume::block_index(place));
       if (highest_in(block) <= 0) {
         ++result_.blocks_free;
-        const int num_changed = add_evidence(evidence_at(place), kAll, kAll, kNone, block);
-        Volume::set_rest(chunk_->places[index], num_changed <= kMaxRestChanges);
+        const Changes changes = add_evidence(evidence_at(place), kAll, kAll, kNone, block);
+        Volume::set_rest(chunk_->places[index], changes.may_rest());
         volume_.settle_block(pools_, *chunk_, chunk_->places[index]);
         return;
       }

@@ -36,7 +36,7 @@ struct ProjectiveResult {
 ///     along its columns, and proves free beyond it (the voxel is `crossed`), or
 ///   - all four beams around its centre do. What lies between beams is so filled as long as no edge runs between them.
 ///
-/// Near the sensor, where voxels are wider than pixels, only the first is asked. Further away the second makes free what is
+/// Near the sensor, where voxels are a fifth wider than pixels, only the first is asked. Further away the second makes free what is
 /// not occupied (see add_evidence), and only both together clear what is: thin things seen from near are not cleared by
 /// beams that miss them from afar, nor is uneven ground by beams that skim its crests and fall far behind it, while beams
 /// beside them end there. What is asked is decided by blocks:

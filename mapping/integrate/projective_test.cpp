@@ -63,7 +63,7 @@ TEST_CASE("a door frame keeps its edges and the doorway becomes free") {
         if (num_hits >= 3) lintel.insert(v);
       });
     }
-    CHECK(map.share(lintel, VoxelState::kOccupied) > 0.95);
+    CHECK(map.share_standing(lintel, {1, 0, 0}) > 0.95);
     CHECK(map.share(wall, VoxelState::kOccupied) > 0.99);
     CHECK(map.share(map.voxels_in({2.95f, -0.37f, -0.7f}, {3.2f, 0.37f, 0.7f}), VoxelState::kFree) >
           0.995);
@@ -185,17 +185,45 @@ TEST_CASE("a floor stays occupied wherever in its voxels it lies") {
       map.add_hit_voxels({6, -5, -1.2f}, {20, 5, -0.9f}, floor);
     }
     CHECK(floor.size() > 3000);
-    CHECK(map.share(floor, VoxelState::kOccupied) > 0.98);
+    CHECK(map.share_standing(floor, {0, 0, -1}) > 0.98);
   }
+}
+
+TEST_CASE("a wall along the border of two layers of voxels is one layer thick") {
+  VoxelConfig config;
+  const auto voxel_m = static_cast<float>(config.voxel_size_m);
+  Scene scene;
+  scene.add_room({-3, -4, -1.2f}, {46 * voxel_m, 4, 1.6f});
+  const ScanGeometry geometry = geometry_of(wide_sensor());
+  SceneMap map(geometry, config);
+  std::mt19937 rng(5);
+  std::normal_distribution<double> noise_mm(0, 10);
+  for (int scan = 0; scan < 40; ++scan) {
+    Scan seen = see(scene, geometry, swaying_from(scan));
+    for (std::uint32_t& range : seen.ranges_mm)
+      range = static_cast<std::uint32_t>(std::lround(range + noise_mm(rng)));
+    map.integrate(seen);
+  }
+  const auto layer = [&](int x) {
+    const float low_x = static_cast<float>(x) * voxel_m;
+    return map.voxels_in({low_x, -2, -0.7f}, {low_x + voxel_m, 2, 0.7f});
+  };
+  CHECK(map.share(layer(45), VoxelState::kFree) > 0.9);
+  CHECK(map.share(layer(46), VoxelState::kOccupied) > 0.98);
 }
 
 TEST_CASE("the ground under the robot stays occupied") {
   const ScanGeometry geometry = geometry_of(wide_sensor());
-  for (const float height : {0.59f, 0.60f, 0.62f, 0.645f}) {
+  for (const auto& [height, depth_m] :
+       {std::pair{0.59f, 0.0}, std::pair{0.60f, 0.0}, std::pair{0.62f, 0.0}, std::pair{0.645f, 0.0},
+        std::pair{0.59f, 0.025}, std::pair{0.645f, 0.025}}) {
     CAPTURE(height);
+    CAPTURE(depth_m);
+    VoxelConfig config;
+    config.return_depth_m = depth_m;
     Scene scene;
     scene.add_room({-4, -4, -height}, {8, 4, 2});
-    SceneMap map(geometry);
+    SceneMap map(geometry, config);
     VoxelSet ground;
     for (int scan = 0; scan < 40; ++scan) {
       map.integrate(see(scene, geometry, [scan](double seconds) {
@@ -204,7 +232,7 @@ TEST_CASE("the ground under the robot stays occupied") {
       map.add_hit_voxels({0, -1, -0.75f}, {4, 1, -0.5f}, ground);
     }
     CHECK(ground.size() > 1500);
-    CHECK(map.share(ground, VoxelState::kOccupied) > 0.99);
+    CHECK(map.share_standing(ground, {0, 0, depth_m > 0 ? -1 : 0}) > 0.99);
   }
 }
 
@@ -241,7 +269,8 @@ struct Visit {
   bool sways;
 };
 
-/// @return shares of the person's voxels that are occupied before and `scans` after it left, and the blocks it left
+/// @return the share of the person's body that is occupied, that of all its voxels `scans` after it left, and the blocks
+/// it left
 std::tuple<double, double, int> watch(const Visit& visit, int scans) {
   Scene room;
   room.add_room({-3, -4, -1.2f}, {std::max(7.0f, visit.distance + 3), 4, 1.6f});
@@ -252,16 +281,18 @@ std::tuple<double, double, int> watch(const Visit& visit, int scans) {
     return visit.sways ? swaying_from(scan) : standing(swaying(0.3));
   };
   SceneMap map(geometry);
-  VoxelSet person;
+  VoxelSet person, body;  // all that is hit, and what more than one scan hits
   // Where all scans see it: not at the border of the field of view.
   const float reach_z = std::min(0.2f * visit.distance - 0.1f, 1.0f);
   const Eigen::Vector3f low(visit.distance - 0.26f, 0.14f, -reach_z);
   const Eigen::Vector3f high(visit.distance + 0.26f, 0.66f, std::min(reach_z, 0.55f));
   for (int scan = 0; scan < 20; ++scan) {
     map.integrate(see(occupied_room, geometry, motion(scan)));
-    map.add_hit_voxels(low, high, person);
+    VoxelSet hit;
+    map.add_hit_voxels(low, high, hit);
+    hit.for_each([&](const VoxelCoord& v) { (person.contains(v) ? body : person).insert(v); });
   }
-  const double before = map.share(person, VoxelState::kOccupied);
+  const double before = map.share(body, VoxelState::kOccupied);
   for (int scan = 20; scan < 20 + scans; ++scan) map.integrate(see(room, geometry, motion(scan)));
   VoxelSet blocks;
   person.for_each([&](const VoxelCoord& v) {
@@ -314,9 +345,13 @@ TEST_CASE(
   for (const SpinningSensor& sensor : {wide_sensor(), long_range_sensor()}) {
     CAPTURE(sensor.ring_radius_m);
     const ScanGeometry geometry = geometry_of(sensor);
-    for (const int num_scans : {1, 63}) {
+    for (const auto& [num_scans, depth_m] :
+         {std::pair{1, 0.0}, std::pair{63, 0.0}, std::pair{63, VoxelConfig{}.return_depth_m}}) {
       CAPTURE(num_scans);
-      SceneMap map(geometry);
+      CAPTURE(depth_m);
+      VoxelConfig config;
+      config.return_depth_m = depth_m;
+      SceneMap map(geometry, config);
       std::array<VoxelSet, 16> walls;  // by azimuth
       for (int scan = 0; scan < num_scans; ++scan) {
         map.integrate(
@@ -329,9 +364,15 @@ TEST_CASE(
           walls[std::min(static_cast<int>(16 * turns), 15)].insert(v);
         });
       }
-      for (const VoxelSet& wall : walls) {
-        CHECK(wall.size() > 100);
-        CHECK(map.share(wall, VoxelState::kOccupied) > 0.99);
+      for (int sector = 0; sector < 16; ++sector) {
+        CAPTURE(sector);
+        const double azimuth_rad = 2 * std::numbers::pi * ((sector + 0.5) / 16 - 0.5);
+        const double x = std::cos(azimuth_rad), y = std::sin(azimuth_rad);
+        const VoxelCoord outwards = std::abs(x) > std::abs(y) ? VoxelCoord(x > 0 ? 1 : -1, 0, 0)
+                                                              : VoxelCoord(0, y > 0 ? 1 : -1, 0);
+        CHECK(walls[sector].size() > 100);
+        CHECK(map.share_standing(walls[sector], depth_m > 0 ? outwards : VoxelCoord(0, 0, 0)) >
+              0.99);
       }
       int num_occupied = 0, num_stray = 0, num_carved = 0;
       map.volume.for_each_block(map.store, [&](const BlockCoord& block, const BlockView& view) {

@@ -21,6 +21,7 @@ struct Fixture {
   explicit Fixture(std::size_t blocks = 20'000, std::size_t chunks = 2'000)
       : store(blocks, chunks), pools(store), integrator(config) {
     pools.take_all();
+    config.return_depth_m = 0;
   }
   /// Integrates points seen from `origin` as one cloud.
   IntegrationResult integrate(const std::vector<Eigen::Vector3f>& points,
@@ -362,15 +363,15 @@ class Rule {
     const Eigen::Vector3d around_S = R_L_S.transpose() * Eigen::Vector3d(-s, c, 0);
     const Eigen::Vector3d up_S =
         R_L_S.transpose() * Eigen::Vector3d(-c * z / distance, -s * z / distance, cos_up);
-    const double half_voxel_m = 0.5 * offset.reach * voxel_m_;
+    const double half_voxel_m = 0.505 * offset.reach * voxel_m_;
     const double column_reach =
         half_voxel_m * around_S.lpNorm<1>() / axis * std::abs(projection_.columns_per_rad);
     const double rows_per_rad =
         std::abs(rise) * SphericalProjection::kSineSteps / 2 * std::abs(cos_up);
     const double row_reach = half_voxel_m * up_S.lpNorm<1>() / distance * rows_per_rad;
     const int last_row = projection_.num_rows() - 1;
-    if (column_reach < 0.5 ||
-        row_reach < 0.5) {  // voxels are narrower than pixels: what do all four beams around prove?
+    // Voxels are less than a fifth wider than pixels: what do all four beams around prove?
+    if (column_reach < 0.6 || row_reach < 0.6) {
       const int row0 = static_cast<int>(std::floor(row)),
                 column0 = static_cast<int>(std::floor(column));
       return row0 >= 0 && row0 < last_row && pixel(image_.gap_free_m, row0, column0) >= distance;

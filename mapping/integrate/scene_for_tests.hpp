@@ -169,6 +169,17 @@ struct SceneMap {
       voxels.insert(voxel_of(p_S));
     }
   }
+  /// Which share of the voxels is occupied, or the one behind each. A surface is marked the further behind its returns the
+  /// more squarely it is met: near the border of two layers it may move into the one behind.
+  /// @param behind  from a voxel to the one behind it
+  [[nodiscard]] double share_standing(const VoxelSet& voxels, const VoxelCoord& behind) const {
+    std::size_t count = 0;
+    voxels.for_each([&](const VoxelCoord& v) {
+      count += volume.at(store, v) > 0 || volume.at(store, v + behind) > 0;
+    });
+    return static_cast<double>(count) /
+           static_cast<double>(std::max<std::size_t>(voxels.size(), 1));
+  }
   /// Which share of the voxels is in a state.
   [[nodiscard]] double share(const VoxelSet& voxels, VoxelState state) const {
     std::size_t count = 0;

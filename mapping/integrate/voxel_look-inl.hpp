@@ -21,6 +21,10 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 // What lies nearer than the middle of a node that is looked up from there is seen under an angle larger by up to this.
 constexpr float kShrinkSlack = 1.1f;
+// How far a voxel reaches from its centre, and a little more for what a linear projection is wrong by.
+constexpr float kReach = 0.505f;
+// Half a pixel and a fifth more: the nearest beam alone may see through voxels that reach further than this.
+constexpr float kWideReach = 0.6f;
 
 /// Sixteen places around the middle of a node, voxels.
 struct Offsets {
@@ -169,10 +173,12 @@ class VoxelLook {
         gaps_(beams_) {
     // As far as a voxel reaches from its centre, in columns and by the sine of the elevation: no beam that hits it passes
     // further off.
-    column_reach_ = 0.5f * extent(view.column_step);
-    sine_reach_ = 0.5f * extent(view.sine_step);
-    // Where voxels are wider than the image's cells some beam crosses each of them; elsewhere the gaps tell.
-    asks_gaps_ = column_reach_ < 0.5f || sine_reach_ * std::abs(view.rows_per_sine) < 0.5f;
+    column_reach_ = kReach * extent(view.column_step);
+    sine_reach_ = kReach * extent(view.sine_step);
+    // Where voxels are wider than the image's cells some beam crosses each of them, and not only at a corner; elsewhere
+    // the gaps tell.
+    asks_gaps_ =
+        column_reach_ < kWideReach || sine_reach_ * std::abs(view.rows_per_sine) < kWideReach;
     asks_beams_ = has_occupied || !asks_gaps_;
     // Across many rows, the spacing that they have on the whole.
     const float sine_reach = reach(view.sine_step, reach_voxels);

@@ -18,6 +18,8 @@ using Pixels = hn::Vec<Lanes>;
 // fill a vector.
 constexpr int kStretch = 64;
 constexpr float kMaxUnits = 65'000;
+// More than a product may be rounded up by: the least of a cell is never more than any of its pixels.
+constexpr float kRoundingUnits = 0.02f;
 
 /// The one nearest to zero of values between two bounds, 0 unless all have one sign.
 HWY_INLINE Pixels agreed(Pixels least, Pixels most) {
@@ -89,8 +91,10 @@ HWY_INLINE void write_cells(Stretch& stretch, int squaring, float max_free_m, fl
         hn::Min(hn::Load(d, metres) * scale + hn::Set(d, 1.0f), hn::Set(d, kMaxUnits + 1)));
   };
   for (int cell = 0; cell < count; cell += step) {
-    const auto least =
-        quantised(hn::Min(hn::Load(d, stretch.least + cell), hn::Set(d, max_free_m)) * scale);
+    const auto least = quantised(
+        hn::Max(hn::Min(hn::Load(d, stretch.least + cell), hn::Set(d, max_free_m)) * scale -
+                    hn::Set(d, kRoundingUnits),
+                hn::Zero(d)));
     hn::StoreInterleaved4(least, rounded_up(stretch.most + cell),
                           rounded_up(stretch.most_gap + cell), hn::Zero(du), du,
                           &cells[cell].least);

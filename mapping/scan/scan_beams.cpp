@@ -93,6 +93,7 @@ void ScanBeams::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelCon
   range_m_.resize(stride * rows + RangeImage::kPadding);
   image_.free_m.resize(stride * rows);
   const float min_range_m = static_cast<float>(config.min_range_m);
+  const float depth_m = static_cast<float>(config.return_depth_m);
   for (int row = 0; row < rows; ++row) {
     const auto& beam = projection.rows[row];
     float* range = &range_m_[row * stride + kRowFront];
@@ -103,7 +104,7 @@ void ScanBeams::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelCon
         const float measured_m = kMetresPerMillimetre * static_cast<float>(raw[column + offset]);
         const bool is_valid =
             scan.column_valid[column + offset] && measured_m > 0 && measured_m >= min_range_m;
-        range[column] = is_valid ? measured_m - beam.range_offset_m : 0;
+        range[column] = is_valid ? measured_m + depth_m - beam.range_offset_m : 0;
       }
     };
     copy(0, columns - beam.shift, beam.shift);
@@ -128,7 +129,7 @@ void ScanBeams::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelCon
     line.pose_stride = 2 * static_cast<std::size_t>(columns);
     line.voxel_m = static_cast<float>(config.voxel_size_m);
     line.max_free_m = static_cast<float>(config.max_range_m);
-    line.max_return_m = static_cast<float>(config.max_range_m) - beam.range_offset_m;
+    line.max_return_m = static_cast<float>(config.max_range_m) + depth_m - beam.range_offset_m;
     line.free_m = &image_.free_m[row * stride];
     line.x_S = x_S_.data() + num_returns_;
     line.y_S = y_S_.data() + num_returns_;
@@ -153,12 +154,14 @@ void ScanBeams::add_ray(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& 
     return;
   }
   const float max_range_m = static_cast<float>(config.max_range_m);
-  const float length_m = std::min(range_m, max_range_m);
+  const float surface_m = range_m + static_cast<float>(config.return_depth_m);
+  const bool is_return = range_m <= max_range_m;
+  const float length_m = is_return ? surface_m : max_range_m;
   const float free_m =
-      std::clamp(range_m - static_cast<float>(config.voxel_size_m), 0.5f * length_m, length_m);
+      std::clamp(surface_m - static_cast<float>(config.voxel_size_m), 0.5f * length_m, length_m);
   const Eigen::Vector3f end_S = origin_S + length_m * direction_S;
   rays_.push_back({origin_S, end_S, free_m});
-  if (range_m > max_range_m) return;
+  if (!is_return) return;
   x_S_[num_returns_] = end_S.x();
   y_S_[num_returns_] = end_S.y();
   z_S_[num_returns_] = end_S.z();

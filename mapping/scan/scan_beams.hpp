@@ -33,6 +33,7 @@ struct Ray {
 /// so a beam that skims a floor does not carve it, and one that meets a wall squarely clears it up to the next voxel.
 /// N comes from differences of range between a pixel and the nearer one of its two neighbours along each axis of the
 /// image, above and below the one beside where that is lost; a difference that no surface seen at half a degree explains is an edge, and says nothing about the slope.
+/// All of that, and the returns themselves, are taken `return_depth_m` behind what was measured (see VoxelConfig).
 /// Returns beyond max_range are free up to max_range; returns nearer than min_range and pixels without a return say
 /// nothing.
 ///
@@ -49,7 +50,7 @@ class ScanBeams {
   std::size_t assign(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config);
 
   [[nodiscard]] std::size_t num_returns() const { return num_returns_; }
-  /// Return i, a surface point; in no order to rely on.
+  /// Return i, a surface point, `return_depth_m` behind what was measured; in no order to rely on.
   [[nodiscard]] Eigen::Vector3f return_S(std::size_t i) const {
     return {x_S_[i], y_S_[i], z_S_[i]};
   }

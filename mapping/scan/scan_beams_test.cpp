@@ -32,6 +32,13 @@ ScanGeometry ring_geometry(int beams, double elevation_rad) {
   return geometry;
 }
 
+/// Surfaces are where their returns are.
+VoxelConfig at_returns() {
+  VoxelConfig config;
+  config.return_depth_m = 0;
+  return config;
+}
+
 Scan empty_scan(const ScanGeometry& geometry) {
   Scan scan;
   scan.geometry = &geometry;
@@ -52,7 +59,7 @@ TEST_CASE("each column is placed by the pose at its own stamp") {
   moved.translation().x() = 0.63;
   scan.poses = {{{0}, Pose::Identity()}, {{63'000'000}, moved}};
   ScanBeams beams(64);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   REQUIRE(beams.num_returns() == 64);
   for (int column = 0; column < 64; ++column) {
     CHECK(beams.rays()[column].origin_S.x() == doctest::Approx(0.01 * column));
@@ -69,7 +76,7 @@ TEST_CASE("pixels without a return, lost columns and returns that are too near s
   scan.ranges_mm[2] = 5000;
   scan.column_valid[2] = 0;
   ScanBeams beams(64);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   CHECK_FALSE(beams.is_image());
   CHECK(beams.rays().size() == 1);
 }
@@ -79,7 +86,7 @@ TEST_CASE("a return beyond the longest range is free up to there and no surface"
   Scan scan = empty_scan(geometry);
   scan.ranges_mm[0] = 80'000;
   ScanBeams beams(64);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   REQUIRE(beams.rays().size() == 1);
   CHECK(beams.rays()[0].free_m == doctest::Approx(60.0));
   CHECK(beams.num_returns() == 0);
@@ -90,7 +97,7 @@ TEST_CASE("a beam that knows no neighbours proves nothing in the last voxel befo
   Scan scan = empty_scan(geometry);
   scan.ranges_mm[3] = 5000;
   ScanBeams beams(64);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   REQUIRE(beams.rays().size() == 1);
   CHECK(beams.rays()[0].free_m == doctest::Approx(5.0 - 0.065));
 }
@@ -103,7 +110,7 @@ TEST_CASE("a cloud is placed by its own pose and its beams begin at its origin")
   T_R_L.translation() = Eigen::Vector3d(1, 2, 3);
   scan.poses = {{{0}, T_R_L}};
   ScanBeams beams(8);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   REQUIRE(beams.rays().size() == 1);
   CHECK((beams.rays()[0].end_S - Eigen::Vector3f(4, 6, 3)).norm() < 1e-5f);
   CHECK((beams.rays()[0].origin_S - Eigen::Vector3f(1, 2, 3)).norm() < 1e-6f);
@@ -114,7 +121,7 @@ TEST_CASE("points at a cloud's origin are no beams, whatever the least range") {
   scan.kind = Scan::Kind::kCloud;
   scan.points_L = {{0, 0, 0}, {3, 4, 0}};
   scan.poses = {{{0}, Pose::Identity()}};
-  VoxelConfig config;
+  VoxelConfig config = at_returns();
   config.min_range_m = 0;
   ScanBeams beams(8);
   CHECK(beams.assign(scan, Pose::Identity(), config) == 0);
@@ -126,7 +133,7 @@ TEST_CASE("beams beyond the capacity are declined and counted") {
   Scan scan = empty_scan(geometry);
   for (auto& range : scan.ranges_mm) range = 5000;
   ScanBeams beams(10);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 54);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 54);
   CHECK(beams.rays().size() == 10);
 }
 
@@ -160,6 +167,30 @@ void see_noise(Scan& scan, std::uint32_t max_mm, unsigned lost_in) {
 
 float free_at(const ScanBeams& beams, int row, int column) {
   return beams.image().free_m[static_cast<std::size_t>(row) * beams.image().stride + column];
+}
+
+TEST_CASE("a surface is marked behind its return, along the beam, and is free up to there") {
+  VoxelConfig config = at_returns(), deeper = config;
+  deeper.return_depth_m = 0.04;
+  for (const ScanGeometry& geometry : {ring_geometry(1, 0), ring_image_geometry(1, 0)}) {
+    Scan scan = empty_scan(geometry);
+    scan.ranges_mm[3] = 5000;
+    scan.ranges_mm[9] = 59'990;   // its surface is further away than the longest range
+    scan.ranges_mm[20] = 60'010;  // this one has none
+    ScanBeams measured(64), marked(64);
+    CHECK(measured.assign(scan, Pose::Identity(), config) == 0);
+    CHECK(marked.assign(scan, Pose::Identity(), deeper) == 0);
+    REQUIRE(measured.num_returns() == 2);
+    REQUIRE(marked.num_returns() == 2);
+    for (int i = 0; i < 2; ++i) {
+      const Eigen::Vector3f beam = measured.return_S(i).normalized();
+      CHECK((marked.return_S(i) - measured.return_S(i) - 0.04f * beam).norm() < 1e-4f);
+    }
+    const auto free_m = [&](const ScanBeams& beams) {
+      return beams.is_image() ? beams.image().free_m[3] : beams.rays()[0].free_m;
+    };
+    CHECK(free_m(marked) - free_m(measured) == doctest::Approx(0.04).epsilon(1e-3));
+  }
 }
 
 TEST_CASE("an image has the returns that beams one by one have") {
@@ -210,7 +241,7 @@ TEST_CASE(
                             static_cast<float>(std::sin(angle)), 0);
     see_plane(scan, n, 4);
     ScanBeams beams(64 * 3);
-    CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+    CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
     for (const int column : {0, 3, 60}) {
       const float range = 0.001f * static_cast<float>(scan.ranges_mm[64 + column]);
       const float along = n.dot(geometry.direction_L[64 + column]);
@@ -239,7 +270,7 @@ TEST_CASE("a beam that skims a floor proves nothing in the voxel above it") {
   Scan scan = empty_scan(geometry);
   see_plane(scan, -Eigen::Vector3f::UnitZ(), 1);
   ScanBeams beams(128);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   for (int beam = 0; beam < 2; ++beam) {
     for (int column = 0; column < 64; ++column) {
       const double height_m = 1 - free_at(beams, beam, column) * std::sin((2 + beam) * kDegree);
@@ -259,7 +290,7 @@ TEST_CASE("an edge says nothing about the slope of what is before it") {
   range_at(column - 1) = range_at(column + 1) =
       40'000;  // further off than any surface seen at half a degree
   ScanBeams beams(geometry.direction_L.size());
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   const float beam_norm = geometry.direction_L[row * 1024 + column + shift].lpNorm<1>();
   const float range_m = 3 - geometry.projection->rows[row].range_offset_m;
   CHECK(range_m - free_at(beams, row, column) ==
@@ -277,7 +308,7 @@ TEST_CASE(
   scan.column_valid[20] = 0;
   scan.ranges_mm[30] = 80'000;
   ScanBeams beams(64);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   CHECK(beams.num_returns() == 1);
   CHECK(free_at(beams, 0, 0) == doctest::Approx(5 - 0.5 * 0.065));
   CHECK(free_at(beams, 0, 10) == 0);
@@ -293,7 +324,7 @@ TEST_CASE("a lost pixel between two others proves what the lesser of them does")
   scan.ranges_mm[64 + 21] = 4000;
   scan.ranges_mm[64 + 40] = scan.ranges_mm[64 + 41] = 0;
   ScanBeams beams(64 * 3);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   const auto gap = [&](int row, int column) {
     return beams.image().gap_free_m[row * beams.image().stride + column];
   };
@@ -310,7 +341,7 @@ TEST_CASE("rows run on into the first columns behind their ends") {
   for (std::size_t i = 0; i < scan.ranges_mm.size(); ++i)
     scan.ranges_mm[i] = static_cast<std::uint32_t>(3000 + 7 * i);
   ScanBeams beams(128);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   for (int i = 0; i < RangeImage::kPadding; ++i) {
     for (int row = 0; row < 2; ++row) CHECK(free_at(beams, row, 64 + i) == free_at(beams, row, i));
     CHECK(beams.image().gap_free_m[64 + i] == beams.image().gap_free_m[i]);
@@ -322,7 +353,7 @@ TEST_CASE("each level of the pyramid bounds the pixels of its cells") {
   Scan scan = empty_scan(geometry);
   see_noise(scan, 20'000, 50);
   ScanBeams beams(geometry.direction_L.size());
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   const RangeImage& image = beams.image();
   const int squaring = image.projection->squaring;
   for (int level = 0; level < image.num_levels; ++level) {
@@ -351,7 +382,7 @@ TEST_CASE("a gap proves what all four beams around it do") {
   Scan scan = empty_scan(geometry);
   see_noise(scan, 20'000, 0);
   ScanBeams beams(geometry.direction_L.size());
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
   for (int row = 0; row + 1 < 64; ++row) {
     for (int column = 0; column < 1024; ++column) {
       const float expected =
@@ -373,7 +404,7 @@ TEST_CASE(
   for (const bool moves : {true, false}) {
     scan.poses = {{{0}, Pose::Identity()}, {scan.stamp, moves ? moved : Pose::Identity()}};
     ScanBeams beams(geometry.direction_L.size());
-    CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 0);
+    CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 0);
     CHECK(beams.image().turned_rad == doctest::Approx(moves ? 0.1 : 0).epsilon(0.001));
     CHECK(beams.image().moved_m == doctest::Approx(moves ? 0.1 : 0));
     CHECK(beams.image().poses[512].t_S.x() == doctest::Approx(moves ? 0.04 : 0).epsilon(0.01));
@@ -393,7 +424,7 @@ TEST_CASE("an image that is larger than the capacity is taken beam by beam, as f
   Scan scan = empty_scan(geometry);
   for (auto& range : scan.ranges_mm) range = 5000;
   ScanBeams beams(10);
-  CHECK(beams.assign(scan, Pose::Identity(), VoxelConfig{}) == 54);
+  CHECK(beams.assign(scan, Pose::Identity(), at_returns()) == 54);
   CHECK_FALSE(beams.is_image());
   CHECK(beams.num_returns() == 10);
 }
