@@ -9,7 +9,7 @@
 namespace cloister {
 
 /// How deep meshes are drawn (see extract_mesh). At 1 the two sides of a sheet one voxel thick would meet.
-inline constexpr double kSurfaceDepth = 0.9;
+inline constexpr double kSurfaceDepth = 0.75;
 
 /// Leaves `submaps/<id>.ply` for every submap and `mesh.ply` with all of them in `out_dir`, in M,
 /// coloured by submap. Files of submaps that this map does not have are removed from `submaps/`.
