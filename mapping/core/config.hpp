@@ -28,11 +28,13 @@ struct VoxelConfig {
 /// three doors in one line the least that a walk comes down to is 0.60 to 0.68: at 0.65 nearly every door is noticed. A
 /// submap too many costs little, for it is fused again; one that holds two rooms is never parted.
 ///
-/// Against chains of tiny submaps there is one rule: a scan is held against a submap's cloud only once that cloud holds
+/// Against somebody who passes right before the sensor and hides half a room: two scans in a row must agree. Against chains
+/// of tiny submaps there is one rule: a scan is held against a submap's cloud only once that cloud holds
 /// four scans. Scans join it `cloud_lag_m` late and an eighth of that apart, so no overlap ends a submap within five
 /// fourths of `cloud_lag_m`, 2.5 m. The way counts, not the time: who stands still or turns on the spot waits for ever.
 struct SpawnConfig {
   double min_overlap = 0.65;     ///< R_point at or below which a scan starts a new submap
+  int min_scans = 2;             ///< so many scans in a row, at least; clouds that stand alone need no second
   double filter_m = 0.25;        ///< r_filter: edge of the voxel filter of scan and submap cloud
   double cloud_lag_m = 2.0;      ///< a scan joins its submap's cloud once the sensor has moved this far from it
   double min_covisibility = 0.5; ///< share of a submap's scans that must see a place for it to count as part of it

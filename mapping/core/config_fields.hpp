@@ -22,6 +22,7 @@ void visit_fields(ConfigType& config, Visitor&& visit) {
   visit("voxel.log_odds_max", voxel.log_odds_max, 0.05, 6.0);
   auto& spawn = config.spawn;
   visit("spawn.min_overlap", spawn.min_overlap, 0.0, 1.0);
+  visit("spawn.min_scans", spawn.min_scans, 1, 1000);
   visit("spawn.filter_m", spawn.filter_m, 0.05, 5.0);
   visit("spawn.cloud_lag_m", spawn.cloud_lag_m, 0.0, 100.0);
   visit("spawn.min_covisibility", spawn.min_covisibility, 0.0, 1.0);

@@ -130,7 +130,9 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   const bool is_lone_cloud = scan.kind == Scan::Kind::kCloud;
   outcome.overlap_ratio = cloud_.overlap(!is_lone_cloud);
   const bool is_known_well = is_lone_cloud || cloud_.is_established();
-  if (is_known_well && outcome.overlap_ratio <= config_.spawn.min_overlap) {
+  const bool is_strange = is_known_well && outcome.overlap_ratio <= config_.spawn.min_overlap;
+  strange_scans_ = is_strange ? strange_scans_ + 1 : 0;
+  if (is_strange && (is_lone_cloud || strange_scans_ >= config_.spawn.min_scans)) {
     return spawn(scan, SpawnReason::kOverlap, outcome);
   }
   if (is_lone_cloud) {
@@ -162,6 +164,7 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   active_->T_root_S = T_M_R_.inverse() * active_->T_M_S;
 
   travel_m_ = cloud_travel_m_ = 0;
+  strange_scans_ = 0;
   T_S_C_ = Pose::Identity();
   outcome.returns_declined = beams_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
   if (!config_.baseline) {

@@ -95,6 +95,7 @@ class LocalMapper {
   SubmapId next_id_ = 0;
   SpawnReason next_reason_ = SpawnReason::kFirst;
   double travel_m_ = 0;                   ///< since the active submap was spawned or adopted
+  int strange_scans_ = 0;                 ///< the newest ones in a row whose overlap was too little
   double cloud_travel_m_ = 0;             ///< since the cloud was begun: it goes on in an adopted submap
   Pose T_S_C_ = Pose::Identity();         ///< frame of the cloud in the active submap's
   LastScan last_;
