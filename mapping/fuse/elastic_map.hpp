@@ -83,7 +83,7 @@ class ElasticMap {
   /// Makes b part of a. @return b's slot, emptied, or null (nothing changed) when the pools are too small
   [[nodiscard]] Submap* fuse(const FusionCandidate& candidate);
 
-  /// True when the pair is one place seen twice.
+  /// True when the pair was recorded as one place seen twice.
   [[nodiscard]] bool overlaps_enough(const PairCheck& checked) const;
   /// A finished submap by its id, or null.
   [[nodiscard]] const Submap* find(SubmapId id) const;
@@ -109,6 +109,7 @@ class ElasticMap {
     std::uint32_t sources_a = 0, sources_b = 0;
     Pose T_b_a = Pose::Identity();
     VoxelOverlap overlap;
+    bool is_one_place = false;
     bool is_judged = false;
   };
   using Pair = std::pair<SubmapId, SubmapId>;
@@ -124,10 +125,12 @@ class ElasticMap {
   [[nodiscard]] bool have_shared(SubmapId a, SubmapId b) const;
   [[nodiscard]] std::size_t share_places(Entry& a, Entry& b, Sharing& sharing);
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
-  [[nodiscard]] bool overlaps_enough(const Submap& a, const Submap& b,
-                                     const VoxelOverlap& overlap) const;
+  [[nodiscard]] bool is_one_place(const Submap& a, const Submap& b,
+                                  const VoxelOverlap& overlap) const;
   /// Share of the shorter path that comes near the other's and runs through what the other holds.
   [[nodiscard]] double shared_ground(const Submap& a, const Submap& b) const;
+  /// Share of lines from one path, and places beside it, to the other that meet nothing occupied in either. O(lines).
+  [[nodiscard]] double shared_sight(const Submap& a, const Submap& b) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
   void note_nodes(const Submap& submap);
   void note_loops(const GraphRevision& revision);
