@@ -5,6 +5,7 @@
 #include "mapping/fuse/fuser.hpp"
 #include "mapping/fuse/place_sharing.hpp"
 #include "mapping/fuse/same_surface.hpp"
+#include "mapping/fuse/shared_sight.hpp"
 #include "mapping/overlap/convex_overlap.hpp"
 #include "mapping/overlap/oriented_box.hpp"
 
@@ -16,12 +17,6 @@ constexpr double kMaxMoveVox = 0.5;
 /// Of two submaps of one place, the least share of surfaces that both show. In nine small rooms it is 0.92 and more for
 /// what the graph places well; a metre aside floors and ceilings still agree, and it is 0.5 to 0.82.
 constexpr double kMinSameSurface = 0.85;
-
-// Lines of sight are drawn between at most so many points of each path, and places beside them: through doors in one
-// line a straight path sees another one whole, but from further aside than a door is wide nothing of it.
-constexpr std::size_t kSightPoints = 10;
-constexpr float kSightAsideM = 1.0f;
-constexpr double kMinSharedSight = 0.8;
 
 double largest_move_m(const Pose& T_before, const Pose& T_now, const Eigen::AlignedBox3d& bounds) {
   double move_m = 0;
@@ -119,7 +114,7 @@ bool ElasticMap::is_one_place(const Submap& a, const Submap& b, const VoxelOverl
   const FusionConfig& fusion = config_.fusion;
   return larger_ratio(overlap) >= fusion.min_overlap &&
          shared_ground(a, b) >= fusion.min_shared_path &&
-         shared_sight(a, b) >= kMinSharedSight;
+         shared_sight(store_, config_.voxel.voxel_size_m, a, b) >= fusion.min_shared_sight;
 }
 
 double ElasticMap::shared_ground(const Submap& a, const Submap& b) const {
@@ -139,50 +134,6 @@ double ElasticMap::shared_ground(const Submap& a, const Submap& b) const {
                     .is_unknown();
       });
   return static_cast<double>(num_shared) / static_cast<double>(a.path.points().size());
-}
-
-double ElasticMap::shared_sight(const Submap& a, const Submap& b) const {
-  const auto voxel_m = static_cast<float>(config_.voxel.voxel_size_m);
-  const Eigen::Isometry3f T_b_a = (b.T_M_S.inverse() * a.T_M_S).cast<float>();
-  const Eigen::Isometry3f T_a_b = T_b_a.inverse();
-  const auto is_clear = [&](const Eigen::Vector3f& p_a, const Eigen::Vector3f& q_a) {
-    const int num_steps = std::max(1, static_cast<int>((q_a - p_a).norm() / voxel_m));
-    const Eigen::Vector3f step_a = (q_a - p_a) / static_cast<float>(num_steps);
-    int num_known = 0;
-    for (int i = 0; i <= num_steps; ++i) {
-      const Eigen::Vector3f x_a = p_a + static_cast<float>(i) * step_a;
-      const Eigen::Vector3f x_b = T_b_a * x_a;
-      const LogOdds in_a = a.volume.at(store_, (x_a / voxel_m).array().floor().matrix().cast<int>());
-      const LogOdds in_b = b.volume.at(store_, (x_b / voxel_m).array().floor().matrix().cast<int>());
-      if (in_a > 0 || in_b > 0) return false;
-      num_known += in_a != kUnknownLogOdds || in_b != kUnknownLogOdds;
-    }
-    return 2 * num_known > num_steps;
-  };
-  const auto places_of = [&](const Submap& submap, const Eigen::Isometry3f& T_a_S) {
-    std::vector<Eigen::Vector3f> places_a;
-    const auto points = submap.path.points();
-    const std::size_t stride = (points.size() + kSightPoints - 1) / kSightPoints;
-    for (std::size_t i = 0; i < points.size(); i += stride) {
-      const Eigen::Vector3f p_a = T_a_S * points[i];
-      places_a.push_back(p_a);
-      for (const int axis : {0, 1}) {
-        for (const float side_m : {-kSightAsideM, kSightAsideM}) {
-          const Eigen::Vector3f aside_a = p_a + side_m * Eigen::Vector3f::Unit(axis);
-          if (is_clear(p_a, aside_a)) places_a.push_back(aside_a);
-        }
-      }
-    }
-    return places_a;
-  };
-  const auto places_of_a = places_of(a, Eigen::Isometry3f::Identity());
-  const auto places_of_b = places_of(b, T_a_b);
-  std::size_t num_clear = 0;
-  for (const auto& p_a : places_of_a) {
-    for (const auto& q_a : places_of_b) num_clear += is_clear(p_a, q_a);
-  }
-  const std::size_t num_lines = places_of_a.size() * places_of_b.size();
-  return num_lines > 0 ? static_cast<double>(num_clear) / static_cast<double>(num_lines) : 0;
 }
 
 bool ElasticMap::overlaps_enough(const PairCheck& checked) const {

@@ -129,8 +129,6 @@ class ElasticMap {
                                   const VoxelOverlap& overlap) const;
   /// Share of the shorter path that comes near the other's and runs through what the other holds.
   [[nodiscard]] double shared_ground(const Submap& a, const Submap& b) const;
-  /// Share of lines from one path, and places beside it, to the other that meet nothing occupied in either. O(lines).
-  [[nodiscard]] double shared_sight(const Submap& a, const Submap& b) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
   void note_nodes(const Submap& submap);
   void note_loops(const GraphRevision& revision);

@@ -36,7 +36,8 @@ struct Fixture {
     map.pools().take_all();
   }
 
-  /// A finished submap with a wall of 4 x 4 blocks, each half occupied, at `x_blocks` in M, rooted at `root`.
+  /// A finished submap with a row of 4 x 4 blocks at `x_blocks` in M, each half occupied so that walls run along x, and its
+  /// path between the first two of them; rooted at `root`.
   Submap* finished(SubmapId id, NodeId root, int x_blocks) {
     Submap* submap = &slots[static_cast<std::size_t>(id)];
     submap->id = id;
@@ -45,7 +46,7 @@ struct Fixture {
     submap->T_M_S = Pose::Identity();
     submap->T_root_S = Pose::Identity();
     submap->T_root_S.translation().x() = -2.0 * static_cast<double>(root);
-    submap->path.add({static_cast<float>(x_blocks) * 0.52f, 0, 0});
+    submap->path.add({(static_cast<float>(x_blocks) + 0.5f) * 0.52f, 0.4f, 0.1f});
     add_wall(*submap, x_blocks);
     return submap;
   }
@@ -56,7 +57,7 @@ struct Fixture {
         std::uint32_t* place = submap.volume.make_place(map.pools(), {x_blocks, y, z}, &chunk);
         Block* block = submap.volume.make_block(map.pools(), *chunk, *place);
         for (int i = 0; i < kBlockVoxels; ++i)
-          block->voxels[i] = (i & 7) < 4 ? LogOdds{30} : LogOdds{-30};
+          block->voxels[i] = (i >> 3 & 7) < 4 ? LogOdds{30} : LogOdds{-30};
       }
     }
   }
@@ -218,7 +219,7 @@ struct RowOfRooms : Fixture {
     Submap* submap = finished(id, root, kRoomBlocks * room);
     submap->path.clear();
     for (int k = 0; k < kRoomBlocks; ++k) {
-      submap->path.add({(static_cast<float>(kRoomBlocks * room + k) + 0.5f) * 0.52f, 0, 0});
+      submap->path.add({(static_cast<float>(kRoomBlocks * room + k) + 0.5f) * 0.52f, 0.4f, 0.1f});
     }
     for (int x = kRoomBlocks * (room - 1); x < kRoomBlocks * (room + 2); ++x) add_wall(*submap, x);
     return submap;
@@ -255,6 +256,21 @@ TEST_CASE("rooms that see into each other stay submaps of their own, and each pl
   for (const Submap* submap : f.map.submaps()) num_blocks += submap->volume.num_blocks();
   CHECK(num_blocks == 6 * RowOfRooms::kRoomBlocks * 16);
   CHECK(f.map.share_places() == 0);
+}
+
+TEST_CASE("two paths on either side of a wall are two places, however much both have seen") {
+  Config config;
+  config.fusion.shared_path_m = 1;
+  Fixture f(config);
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&graph);
+  Submap* beyond = f.finished(1, 8, 3);
+  beyond->path.clear();
+  beyond->path.add({3.5f * 0.52f, 0.52f + 0.4f, 0.1f});
+  f.map.add(f.finished(0, 0, 3));
+  f.map.add(beyond);
+  CHECK(f.settle() == 0);
+  CHECK(f.map.submaps().size() == 2);
 }
 
 TEST_CASE(
