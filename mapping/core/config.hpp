@@ -50,7 +50,7 @@ struct SpawnConfig {
 struct FusionConfig {
   double min_overlap = 0.7;      ///< lambda_fusion: larger of both voxel overlap ratios, for submaps of one place
   double min_shared_path = 0.7;  ///< one place: share of the shorter path that comes near the other's, in what it holds
-  double min_shared_sight = 0.8; ///< one place: share of lines between the paths, and places beside them, that are clear
+  double min_shared_sight = 0.7; ///< one place: share of lines between the paths, and places beside them, that are clear
   double shared_path_m = 0.5;    ///< how near, at least
   double shared_path_reach = 0.35;  ///< how near, as a share of the smaller of both submaps' reach
   double max_sigma_m = 0.2;           ///< largest translational standard deviation between two roots
