@@ -6,8 +6,7 @@
 #include <doctest/doctest.h>
 
 #include "firmware_interface/map/map_hash.hpp"
-#include "firmware_interface/mission/mission_reader.hpp"
-#include "runtime/pipeline.hpp"
+#include "test/support/eager_house.hpp"
 
 namespace cloister {
 namespace {
@@ -28,42 +27,29 @@ void close_loop(GraphRevision& revision) {
   revision.graph.edges.push_back(edge);
 }
 
-/// Maps the house with a high spawn threshold: many submaps, many fusions.
+/// Maps the house.
 /// @param is_lockstep  whether the reader lets the map settle after each graph and each finished submap; else it holds back
 ///                     only what comes behind a graph, until the fusion that follows from it is over
 Outcome map_house(bool is_lockstep) {
-  ProgramConfig config;
-  config.map.spawn.min_overlap = 0.85;
-  config.map.fusion.min_active_travel_m = 1;
-  auto reader = MissionReader::open(CLOISTER_HOUSE_MISSION, config.map);
-  REQUIRE(reader.has_value());
-  Pipeline::Options options;
-  options.max_scan_pixels = (*reader)->max_pixels();
-  options.max_scan_columns = (*reader)->max_columns();
-  Pipeline pipeline(config, options);
-  Scan next;
-  next.reserve(options.max_scan_pixels, options.max_scan_columns, MissionReader::kMaxPoses);
+  EagerHouse house;
+  Pipeline pipeline(house.config, house.options);
   while (true) {
-    const auto item = (*reader)->next(next);
-    REQUIRE(item.has_value());
-    if (*item == MissionReader::Item::kEnd) break;
+    const MissionReader::Item item = house.next();
+    if (item == MissionReader::Item::kEnd) break;
     if (is_lockstep) {
       pipeline.wait_for_scans(0);
       if (pipeline.take_submap_finished()) pipeline.drain();
     }
     pipeline.wait_for_scans(4);
     while (pipeline.awaits_fusion()) std::this_thread::yield();
-    if (*item == MissionReader::Item::kGraph) {
-      auto revision = (*reader)->take_graph();
+    if (item == MissionReader::Item::kGraph) {
+      auto revision = house.reader->take_graph();
       close_loop(*revision);
       pipeline.submit(std::move(revision));
       if (is_lockstep) pipeline.drain();
       continue;
     }
-    Scan* slot = pipeline.try_take_slot();
-    REQUIRE(slot != nullptr);
-    std::swap(*slot, next);
-    pipeline.submit(slot);
+    house.submit_scan(pipeline);
   }
   pipeline.finish();
   const MissionRecord& record = pipeline.record();
