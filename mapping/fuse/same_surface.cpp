@@ -11,6 +11,14 @@ constexpr int kSameSurfaceVox = 3;
 constexpr int kSurfaceStride = 5;
 constexpr std::int64_t kMinKnownDivisor = 2;
 
+/// The voxel of another volume in which the middle of one lies.
+VoxelCoord voxel_under(const VoxelCoord& voxel, const Eigen::Isometry3f& T_into_from,
+                       float voxel_m) {
+  const Eigen::Vector3f p_into =
+      T_into_from * Eigen::Vector3f((voxel.cast<float>().array() + 0.5f).matrix() * voxel_m);
+  return (p_into / voxel_m).array().floor().matrix().cast<int>();
+}
+
 /// How many voxels along an axis the nearest occupied one is away; kSameSurfaceVox + 1 when it is further.
 int steps_to_occupied(const VoxelStore& store, const Volume& volume, const VoxelCoord& voxel) {
   if (volume.at(store, voxel) > 0) return 0;
@@ -48,9 +56,7 @@ BlockAgreement compare_block(const VoxelStore& store, const BlockCoord& coord,
         value > 0 ? num_occupied++ % kSurfaceStride == 0 : i % kSurfaceStride == 0;
     if (!is_asked) continue;
     const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
-    const Eigen::Vector3f p_into =
-        T_into_from * Eigen::Vector3f((voxel.cast<float>().array() + 0.5f).matrix() * voxel_m);
-    const VoxelCoord voxel_into = (p_into / voxel_m).array().floor().matrix().cast<int>();
+    const VoxelCoord voxel_into = voxel_under(voxel, T_into_from, voxel_m);
     const LogOdds value_into = into.at(store, voxel_into);
     ++num_known;
     num_both += value_into != kUnknownLogOdds;
@@ -79,12 +85,9 @@ bool shows_same_surface(const VoxelStore& store, const BlockCoord& coord, const 
   for (int i = 0; i < kBlockVoxels; ++i) {
     if (view.at(i) <= 0 || num_occupied++ % kSurfaceStride != 0) continue;
     const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
-    const Eigen::Vector3f p_into =
-        T_into_from * Eigen::Vector3f((voxel.cast<float>().array() + 0.5f).matrix() * voxel_m);
     ++num_asked;
     num_found +=
-        steps_to_occupied(store, into, (p_into / voxel_m).array().floor().matrix().cast<int>()) <=
-        kSameSurfaceVox;
+        steps_to_occupied(store, into, voxel_under(voxel, T_into_from, voxel_m)) <= kSameSurfaceVox;
   }
   return 2 * num_found >= num_asked;
 }

@@ -30,7 +30,7 @@ struct TwoVolumes {
       const auto known = i % 2 ? static_cast<OctantMask>(1 + rng() % 255) : kAllOctants;
       set_block(volume, {block(rng), block(rng), block(rng)}, -20, known);
     }
-    for (int i = 0; i < 8000; ++i) {
+    for (int i = 0; i < 10'000; ++i) {
       set(volume, {coordinate(rng), coordinate(rng), coordinate(rng)},
           static_cast<LogOdds>(value(rng)));
     }
@@ -132,7 +132,7 @@ TEST_CASE("far from the submap's origin the overlap is that of the same voxels n
   const VoxelCoord offset(64 << 14, 64 << 10, -64 << 12);
   std::mt19937 rng(5);
   std::uniform_int_distribution<int> coordinate(-20, 19), value(-40, 70);
-  for (int i = 0; i < 8000; ++i) {
+  for (int i = 0; i < 10'000; ++i) {
     const VoxelCoord voxel(coordinate(rng), coordinate(rng), coordinate(rng));
     const auto log_odds = static_cast<LogOdds>(value(rng));
     near.set(i % 2 ? near.a : near.b, voxel, log_odds);
@@ -143,7 +143,7 @@ TEST_CASE("far from the submap's origin the overlap is that of the same voxels n
   const Pose T_b_a(to_far * T_turn * to_far.inverse());
   const VoxelOverlap here = voxel_overlap(near.store, near.a, near.b, T_turn, kVoxel);
   const VoxelOverlap there = voxel_overlap(far.store, far.a, far.b, T_b_a, kVoxel);
-  CHECK(here.num_agreeing > 50);
+  CHECK(here.num_agreeing > 100);
   CHECK(std::abs(here.num_agreeing - there.num_agreeing) <= 3);
 }
 
