@@ -251,6 +251,7 @@ void Pipeline::note(const ScanReport& report) {
   row.stamp = report.scan->stamp;
   row.submap = outcome.submap;
   row.integrate_ms = report.integrate_ms;
+  row.integration_cpu_ms = 1e-6f * static_cast<float>(report.integration_cpu_ns);
   row.latency_ms = report.latency_ms;
   row.submaps = report.num_submaps;
   row.map_bytes = report.map_bytes;

@@ -39,6 +39,16 @@ std::string processor_name() {
   return "unknown";
 }
 
+/// Which cycles a table has.
+const char* name_of(CycleKind kind) {
+  switch (kind) {
+    case CycleKind::kCore: return "core";
+    case CycleKind::kReference: return "reference";
+    case CycleKind::kNone: break;
+  }
+  return "";
+}
+
 std::string csv_line(const std::vector<Cell>& row, std::string Cell::*field) {
   std::string line;
   for (const Cell& cell : row) {
@@ -86,6 +96,7 @@ void add_costs(const BenchContext& context, const BenchResult& result, std::vect
   const double scans = std::max(1.0, static_cast<double>(ms.size()));
   row.push_back({"blocks_touched_per_scan", blocks == 0 ? "" : fixed(blocks / scans, 0)});
   row.push_back({"ns_per_touched_voxel", blocks == 0 ? "" : fixed(1e6 * sum_ms / voxels, 3)});
+  row.push_back({"cycles_of", has_cycles ? name_of(context.cycle_kind) : ""});
   row.push_back({"cycles_per_scan", has_cycles ? fixed(cycles / scans, 0) : ""});
   row.push_back(
       {"cycles_per_touched_voxel", has_cycles && blocks > 0 ? fixed(cycles / voxels, 2) : ""});

@@ -42,6 +42,7 @@ struct BenchContext {
   double voxel_m = 0;
   double max_range_m = 0;
   std::size_t warm_up = 0;  ///< scans after which faults and allocations count
+  CycleKind cycle_kind = CycleKind::kNone;
 };
 
 /// Date and machine of now and here.

@@ -69,7 +69,7 @@ void print(const SequenceResults& all, const std::vector<std::vector<Cell>>& row
     std::printf("%zu updates were declined by full pools: give more --budget-mb\n",
                 all.num_declined);
   }
-  if (!all.counts_cycles) {
+  if (all.context.cycle_kind == CycleKind::kNone) {
     std::printf("cycles: not counted, the system offers no hardware counters to this program\n");
   }
   const auto octomap =

@@ -29,6 +29,25 @@ TEST_CASE("every row has the same columns, whatever was measured") {
   for (std::size_t i = 0; i < a.size(); ++i) CHECK(a[i].name == b[i].name);
 }
 
+TEST_CASE("a table says which cycles it has") {
+  BenchContext context;
+  context.cycle_kind = CycleKind::kReference;
+  BenchResult counted;
+  counted.costs.push_back({0, 0, {1'000'000, 3'000'000, 0, 0}, 10});
+  BenchResult uncounted;
+  uncounted.costs.push_back({0, 0, {1'000'000, std::nullopt, 0, 0}, 10});
+  const auto value_of = [&](const BenchResult& result, const std::string& name) {
+    for (const Cell& cell : cells_of(context, result)) {
+      if (cell.name == name) return cell.value;
+    }
+    return std::string("no such column");
+  };
+  CHECK(value_of(counted, "cycles_of") == "reference");
+  CHECK(value_of(counted, "cycles_per_touched_voxel") == "585.94");
+  CHECK(value_of(uncounted, "cycles_of").empty());
+  CHECK(value_of(uncounted, "cycles_per_scan").empty());
+}
+
 TEST_CASE("bars are read by the names of their columns, and the last of a kind counts") {
   const auto bars = read_bars(
       "machine,p999_ms,median_ms,scans,mission,library\n"

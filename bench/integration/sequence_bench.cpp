@@ -120,7 +120,7 @@ Result<void> run_cloister(const SequenceOptions& options, Sequence& sequence,
   CloisterMap map(options.config, sequence.scans().reader().max_pixels(),
                   options.config.memory.budget_bytes);
   ThreadMeter meter;
-  all.counts_cycles = meter.counts_cycles();
+  all.context.cycle_kind = meter.cycle_kind();
   BenchResult result;
   result.library = "cloister";
   std::vector<Beam> held_out;

@@ -32,7 +32,6 @@ struct SequenceResults {
   std::vector<BenchResult> results;
   std::vector<ByteShare> byte_shares;  ///< of our map at the end
   std::size_t num_declined = 0;        ///< updates that our full pools did not take
-  bool counts_cycles = false;
 };
 
 /// Runs everything in the calling thread. Errors: as the mission's reader; kInput when it has no scan to integrate

@@ -3,16 +3,23 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <cmath>
+
 #include <linux/perf_event.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
+
+#if defined(__x86_64__)
+#include <x86intrin.h>
+#endif
 
 #include "bench/support/allocation_counter.hpp"
 
 namespace cloister {
 namespace {
 
-/// A counter of this thread's cycles in user mode, or -1: virtual machines and locked-down systems have none.
+/// A counter of this thread's cycles in user mode, or -1 where there is none.
 int open_cycle_counter() {
   perf_event_attr attributes{};
   attributes.type = PERF_TYPE_HARDWARE;
@@ -30,9 +37,28 @@ std::optional<std::int64_t> read_counter(int file) {
   return count;
 }
 
+/// Rate of the time stamp counter, measured against the clock; 0 where there is none that counts cycles.
+double reference_cycles_per_ns() {
+#if defined(__x86_64__)
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kWhile{20};
+  const Clock::time_point begin = Clock::now();
+  const std::uint64_t first = __rdtsc();
+  Clock::time_point end = begin;
+  while (end - begin < kWhile) end = Clock::now();
+  const std::uint64_t last = __rdtsc();
+  return static_cast<double>(last - first) /
+         std::chrono::duration<double, std::nano>(end - begin).count();
+#else
+  return 0;
+#endif
+}
+
 }  // namespace
 
-ThreadMeter::ThreadMeter() : cycles_file_(open_cycle_counter()) {}
+ThreadMeter::ThreadMeter()
+    : cycles_file_(open_cycle_counter()),
+      reference_per_ns_(cycles_file_ < 0 ? reference_cycles_per_ns() : 0) {}
 
 ThreadMeter::~ThreadMeter() {
   if (cycles_file_ >= 0) close(cycles_file_);
@@ -57,6 +83,9 @@ Spent ThreadMeter::stop() {
   Spent spent = now();
   spent.cpu_ns -= start_.cpu_ns;
   if (spent.cycles && start_.cycles) *spent.cycles -= *start_.cycles;
+  if (cycle_kind() == CycleKind::kReference) {
+    spent.cycles = std::llround(reference_per_ns_ * static_cast<double>(spent.cpu_ns));
+  }
   spent.page_faults -= start_.page_faults;
   spent.allocations -= start_.allocations;
   return spent;

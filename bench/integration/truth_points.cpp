@@ -1,53 +1,32 @@
 #include "bench/integration/truth_points.hpp"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <unistd.h>
+#include <stdlib.h>
 
 #include <array>
 #include <charconv>
-#include <cstring>
 #include <string>
 
-#include <sys/wait.h>
+#include "bench/support/child_program.hpp"
+#include "firmware_interface/files/read_file.hpp"
 
 namespace cloister {
 namespace {
 
-/// Runs a program to its end. @return what it wrote to stdout
-Result<std::string> output_of(const std::vector<std::string>& words) {
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) {
-    return fail(ErrorKind::kResource, std::string("no pipe: ") + std::strerror(errno));
+/// A folder for the time that something is asked of another program.
+struct Scratch {
+  Scratch() {
+    std::string name = (std::filesystem::temp_directory_path() / "cloister-truth-XXXXXX").string();
+    if (mkdtemp(name.data()) != nullptr) folder = name;
   }
-  std::vector<char*> arguments;
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-  pid_t child = 0;
-  const int error =
-      posix_spawn(&child, words[0].c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  close(ends[1]);
-  std::string text;
-  std::array<char, 65536> buffer;
-  ssize_t count = 0;
-  while (error == 0 && (count = read(ends[0], buffer.data(), buffer.size())) > 0) {
-    text.append(buffer.data(), static_cast<std::size_t>(count));
+  ~Scratch() {
+    std::error_code ignored;
+    if (!folder.empty()) std::filesystem::remove_all(folder, ignored);
   }
-  close(ends[0]);
-  if (error != 0) {
-    return fail(ErrorKind::kResource, words[0] + ": cannot be started: " + std::strerror(error) +
-                                          ": build it beside this program");
-  }
-  int status = 0;
-  if (waitpid(child, &status, 0) != child || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    return fail(ErrorKind::kResource, words[0] + ": failed: run it by hand to see why");
-  }
-  return text;
-}
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+  std::filesystem::path folder;  ///< empty when it could not be made
+};
 
 /// Reads "x,y,z,solid" of one line.
 bool parse_row(std::string_view line, TruthPoint& point) {
@@ -83,10 +62,17 @@ Result<std::vector<TruthPoint>> parse_truth_points(std::string_view text) {
 
 Result<std::vector<TruthPoint>> draw_truth_points(const std::filesystem::path& mission,
                                                   std::size_t count) {
-  std::error_code error;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  const auto text = output_of({(self.parent_path() / "cloister-bench-true-points").string(),
-                               mission.string(), "--points", std::to_string(count)});
+  const Scratch scratch;
+  if (scratch.folder.empty()) {
+    return fail(ErrorKind::kResource,
+                "no folder for truth points: free some room in the temporary folder");
+  }
+  const std::filesystem::path drawn = scratch.folder / "points.csv";
+  const auto run = run_program({(program_folder() / "cloister-bench-true-points").string(),
+                                mission.string(), "--points", std::to_string(count)},
+                               drawn, {});
+  if (!run) return tl::unexpected(run.error());
+  const auto text = read_file(drawn);
   if (!text) return tl::unexpected(text.error());
   return parse_truth_points(*text);
 }

@@ -89,6 +89,7 @@ inline MissionRecord make_test_mission() {
     row.stamp = at(0.1 * k);
     row.submap = static_cast<SubmapId>(p_M.z() > 2.5 ? 5 - p_M.x() / kRoom_m : p_M.x() / kRoom_m);
     row.integrate_ms = static_cast<float>(22 * std::exp(0.25 * noise(random)));
+    row.integration_cpu_ms = 0.9f * row.integrate_ms;
     row.latency_ms = row.integrate_ms + static_cast<float>(9 * std::exp(0.5 * noise(random)));
     row.submaps = 1 + std::min(k, 300) / 40 - (k > 250) - (k > 330);
     row.map_bytes = 4'000'000 + 60'000 * std::min(k, 250) + 2'000 * k - (k > 330 ? 3'000'000 : 0);

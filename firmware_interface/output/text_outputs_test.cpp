@@ -66,6 +66,11 @@ TEST_CASE("summary.json has every documented key with the record's values") {
     CHECK(timing.at("p50") > 0);
   }
   CHECK(json.at("timing_ms").at("fuse").at("max") == 55.5);
+  const Json& integration_cpu = json.at("timing_ms").at("integration_cpu");
+  CHECK(integration_cpu.at("p99") <= integration_cpu.at("p999"));
+  CHECK(integration_cpu.at("p999") <= integration_cpu.at("max"));
+  CHECK(integration_cpu.at("max") < json.at("timing_ms").at("integrate").at("max"));
+  CHECK(integration_cpu.at("p50") > 0);
   const Json& cpu = json.at("cpu_s");
   CHECK(cpu.size() == 7);
   CHECK(cpu.at("decode") == 1.25);

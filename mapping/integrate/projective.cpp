@@ -40,6 +40,7 @@ class Carver {
       : projector_(job.image, static_cast<float>(job.voxel_size_m),
                    static_cast<float>(job.max_range_m)),
         scan_number_(job.scan_number),
+        bare_turns_(job.bare_turns),
         marks_(job.marks),
         pools_(job.pools),
         volume_(job.volume),
@@ -87,7 +88,7 @@ class Carver {
       for (unsigned rest = views.mixed; rest != 0; rest &= rest - 1) {
         const int child = std::countr_zero(rest);
         const VoxelCoord child_corner = child_corner_of(corner, child_edge, child);
-        if (!may_change(child_corner, child_edge, (views.gaps >> child & 1) != 0)) {
+        if (!may_change(child_corner, child_edge, asks_bare_ && (views.gaps >> child & 1) != 0)) {
           ask &= ~(1u << child);
         }
       }
@@ -109,6 +110,7 @@ class Carver {
 
   /// Is there anything in a node of the entered chunk that a scan could change which does not see through all of it? Not in
   /// free space that is as sure as it can be; without gaps, in no free or unknown space at all.
+  /// @param has_gaps  which are to be looked into
   bool may_change(const VoxelCoord& corner, int edge, bool has_gaps) const {
     if (chunk_ == nullptr && slots_ == nullptr) return has_gaps;
     const int first = index_in_block(parent_coord(corner));
@@ -151,6 +153,7 @@ class Carver {
                               chunk_coord_.y() + chunk_coord_.z();
     if (turn % turns_ != 0) return false;
     turn_ = turn / turns_;
+    asks_bare_ = turns_ == 1 || turn_ % bare_turns_ == 0;
     evidence_ = &evidence_for_[turns_ - 1];
     const PoolIndex index = volume_.find_chunk(pools_.store, chunk_coord_);
     chunk_ = index == kNoIndex ? nullptr : &pools_.store.chunk(index);
@@ -235,9 +238,10 @@ class Carver {
       if (visit.is_free) {
         ++result_.blocks_free;
         update_node(index, kAllOctants);
-      } else if ((visit.views->gaps >> visit.child & 1) != 0 &&
+      } else if (asks_bare_ && (visit.views->gaps >> visit.child & 1) != 0 &&
                  Volume::known_octants(place) != kAllOctants) {
         ++result_.blocks_coarse;
+        result_.blocks_in_turn += turns_ > 1;
         update_node(index, free_octants(visit, Volume::known_octants(place)));
       }
       return;
@@ -411,6 +415,7 @@ class Carver {
 
   NodeProjector projector_;
   std::uint64_t scan_number_;
+  int bare_turns_;
   ScanMarks& marks_;
   VoxelPools& pools_;
   Volume& volume_;
@@ -421,6 +426,7 @@ class Carver {
   const Evidence* evidence_ = nullptr;  ///< for the chunk that was entered
   int turns_ = 1;                       ///< of scans that ask it
   std::int64_t turn_ = 0;               ///< counts the scans that do
+  bool asks_bare_ = true;               ///< it is the turn of its bare blocks as well
   ChunkCoord chunk_coord_ = ChunkCoord::Zero();
   Chunk* chunk_ = nullptr;
   const ScanMarks::Slot* slots_ = nullptr;

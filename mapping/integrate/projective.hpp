@@ -14,6 +14,7 @@ struct ProjectiveJob {
   double voxel_size_m;
   double max_range_m;
   std::uint64_t scan_number;  ///< counts up from 0
+  int bare_turns;             ///< see BareTurns; the first scan and what is near take none
   ScanMarks& marks;  ///< with the returns marked; blocks that are applied here are ticked off
   VoxelPools& pools;
   Volume& volume;
@@ -22,9 +23,10 @@ struct ProjectiveJob {
 /// What it did, in numbers.
 struct ProjectiveResult {
   std::size_t nodes_tested = 0;
-  std::size_t blocks_free = 0;    ///< decided as a whole
-  std::size_t blocks_coarse = 0;  ///< decided by their octants
-  std::size_t blocks_mixed = 0;   ///< decided voxel by voxel
+  std::size_t blocks_free = 0;     ///< decided as a whole
+  std::size_t blocks_coarse = 0;   ///< bare ones, decided by their octants
+  std::size_t blocks_in_turn = 0;  ///< of these, asked because it was their turn
+  std::size_t blocks_mixed = 0;    ///< decided voxel by voxel
   std::size_t voxels_declined = 0;
 };
 
@@ -47,6 +49,7 @@ struct ProjectiveResult {
 ///   - Where rows are more than a voxel apart, chunks of 64 voxels are asked for free space by every other scan, and from
 ///     twice as far on by every third, in turn; what is then seen through counts twice or three times, so that what has
 ///     gone is cleared as soon. Returns count in every scan, and the first scan asks everything.
+///   - There, bare blocks may be asked for octants by another one in two or three of those scans: see BareTurns.
 ///   - A block in which the last scan changed next to nothing rests: every other scan looks into it, and what is seen
 ///     through counts twice.
 ///

@@ -27,7 +27,11 @@ IntegrationResult ScanIntegrator::integrate(const ScanBeams& scan, const Eigen::
   if (scan.is_image()) {
     const ProjectiveResult carved =
         integrate_projective({scan.image(), evidence_, config_.voxel_size_m, config_.max_range_m,
-                              num_scans_++, marks_, pools, volume});
+                              num_scans_, bare_turns_.turns(), marks_, pools, volume});
+    // The first scan asks everything, whatever the turns: it says nothing about them.
+    if (num_scans_++ > 0) {
+      bare_turns_.choose(carved.blocks_coarse - carved.blocks_in_turn, carved.blocks_in_turn);
+    }
     result.blocks_free = carved.blocks_free;
     result.blocks_mixed = carved.blocks_mixed + carved.blocks_coarse;
     result.voxels_declined = carved.voxels_declined;

@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "mapping/core/config.hpp"
+#include "mapping/integrate/bare_turns.hpp"
 #include "mapping/integrate/evidence.hpp"
 #include "mapping/integrate/scan_marks.hpp"
 #include "mapping/scan/scan_beams.hpp"
@@ -36,6 +37,7 @@ class ScanIntegrator {
   VoxelConfig config_;
   Evidence evidence_;
   ScanMarks marks_;
+  BareTurns bare_turns_;
   std::uint64_t num_scans_ = 0;
 };
 

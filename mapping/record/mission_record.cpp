@@ -16,7 +16,8 @@ TimingSummary summarise(std::vector<float> durations_ms) {
     const double fraction = rank - static_cast<double>(below);
     return (1.0 - fraction) * durations_ms[below] + fraction * durations_ms[above];
   };
-  return {quantile(0.5), quantile(0.95), quantile(0.99), durations_ms.back()};
+  return {quantile(0.5), quantile(0.95), quantile(0.99), quantile(0.999),
+          durations_ms.back()};
 }
 
 }  // namespace cloister

@@ -21,6 +21,7 @@ struct TimelineRow {
   SubmapId submap =
       kNoSubmap;           ///< the submap it went to when it was integrated (before later fusions)
   float integrate_ms = 0;  ///< wall time from a complete scan to its last voxel, deskew included
+  float integration_cpu_ms = 0;  ///< CPU time of the thread over the same stretch
   float latency_ms = 0;    ///< wall time from the scan's last packet to its last voxel
   std::int32_t submaps = 0;       ///< how many exist after this scan
   std::int64_t map_bytes = 0;     ///< memory of all submaps after this scan
@@ -62,7 +63,7 @@ struct Event {
 /// Median, percentiles and maximum of a set of durations in milliseconds; zeros when there were
 /// none.
 struct TimingSummary {
-  double p50 = 0, p95 = 0, p99 = 0, max = 0;
+  double p50 = 0, p95 = 0, p99 = 0, p999 = 0, max = 0;
 };
 
 /// The summary of some durations in any order. A percentile between two of them is interpolated

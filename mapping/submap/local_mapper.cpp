@@ -69,6 +69,7 @@ Submap* LocalMapper::adopt(Submap* fused, const Pose& T_S_closed) {
   active_ = fused;
   last_.is_valid = false;
   travel_m_ = 0;
+  strange_scans_ = 0;
   return meanwhile;
 }
 

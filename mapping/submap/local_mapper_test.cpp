@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 namespace cloister {
@@ -41,7 +42,33 @@ struct Fixture {
     if (mapper.place(scan, outcome) && mapper.check_spawn(scan, outcome)) mapper.integrate(scan, outcome);
     return outcome;
   }
+  /// The same as one turn of a sensor, a column for each point.
+  ScanOutcome turn(const std::vector<Eigen::Vector3d>& points_M, const Eigen::Vector3d& position_M) {
+    ScanGeometry& geometry = *geometries.emplace_back(std::make_unique<ScanGeometry>());
+    geometry.num_beams = 1;
+    geometry.num_columns = static_cast<int>(points_M.size());
+    geometry.pixel_shift = {0};
+    geometry.origin_L.assign(points_M.size(), Eigen::Vector3f::Zero());
+    Scan scan;
+    scan.geometry = &geometry;
+    scan.stamp = {++clock * 100'000'000};
+    scan.column_stamps.assign(points_M.size(), scan.stamp);
+    scan.column_valid.assign(points_M.size(), 1);
+    for (const Eigen::Vector3d& p : points_M) {
+      const Eigen::Vector3f p_L = (p - position_M).cast<float>();
+      geometry.direction_L.push_back(p_L.normalized());
+      scan.ranges_mm.push_back(static_cast<std::uint32_t>(1000 * p_L.norm()));
+    }
+    Pose T_O_L = Pose::Identity();
+    T_O_L.translation() = position_M;
+    scan.T_O_L = T_O_L;
+    scan.poses = {{scan.stamp, T_O_L}};
+    ScanOutcome outcome;
+    if (mapper.place(scan, outcome) && mapper.check_spawn(scan, outcome)) mapper.integrate(scan, outcome);
+    return outcome;
+  }
   Config config;
+  std::vector<std::unique_ptr<ScanGeometry>> geometries;
   VoxelStore store;
   LocalMapper mapper;
   std::array<Submap, 8> slots;
@@ -143,6 +170,21 @@ TEST_CASE("a loop closure to an older submap asks for the active one to be close
   CHECK(f.mapper.active() == nullptr);
   CHECK(f.mapper.adopt(finished, Pose::Identity()) == nullptr);
   CHECK(f.scan(room(4, -3, 10, 3), {5, 0, 1}, 5).submap == 1);
+}
+
+TEST_CASE("scans count as strange in a row only within one submap") {
+  Config config;
+  config.spawn.cloud_lag_m = 0.1;
+  config.spawn.min_scans = 2;
+  Fixture f(config);
+  const auto here = room(-3, -3, 3, 3), elsewhere = room(-1, -1, 9, 7);
+  for (int i = 0; i < 12; ++i) CHECK(f.turn(here, {0.1 * i, 0, 1}).submap == 0);
+  CHECK(f.turn(elsewhere, {1.2, 0, 1}).submap == 0);
+  Submap* closed = f.mapper.close(SpawnReason::kLoopClosure);
+  REQUIRE(closed != nullptr);
+  CHECK(f.mapper.adopt(closed, Pose::Identity()) == nullptr);
+  CHECK(f.turn(elsewhere, {1.3, 0, 1}).submap == 0);
+  CHECK(f.turn(elsewhere, {1.4, 0, 1}).spawned == SpawnReason::kOverlap);
 }
 
 TEST_CASE("scans without a pose or of an unknown node are refused") {
