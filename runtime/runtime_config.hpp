@@ -22,6 +22,7 @@ struct DdsConfig {
   int domain = 0;
   std::string interface = "lo";         ///< name or address; empty = whichever DDS prefers
   std::string peers;                    ///< where to look for others, addresses separated by commas
+  std::string external_address;         ///< told to others in place of the interface's, behind a translated network
   bool multicast = false;
   int first_port = 7400;                ///< 21000 fits Spot extensions
   std::string shared_memory = "auto";   ///< "auto", "on" or "off"
@@ -75,6 +76,7 @@ void visit_program_fields(ProgramConfigType& config, Visitor&& visit) {
   visit("dds.domain", config.dds.domain, 0, 230);
   visit("dds.interface", config.dds.interface, 0, 64);
   visit("dds.peers", config.dds.peers, 0, 1024);
+  visit("dds.external_address", config.dds.external_address, 0, 64);
   visit("dds.multicast", config.dds.multicast, 0, 1);
   visit("dds.first_port", config.dds.first_port, 1024, 65000);
   visit("dds.shared_memory", config.dds.shared_memory, 2, 4);

@@ -31,6 +31,8 @@ liboctomap-dev     # export to .bt and .ot
 libopenvdb-dev     # export to .vdb
 libimath-dev       # half floats in OpenVDB's headers
 libembree-dev      # rays of the simulator, distances of the ground-truth tool
+iproute2           # networks that tests lay between namespaces
+nftables           # and the translation of addresses there
 doctest-dev        # unit tests
 libbenchmark-dev   # harness of the kernel benchmarks
 clang              # libFuzzer targets

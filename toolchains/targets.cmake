@@ -42,12 +42,16 @@ function(cloister_program_path program result)
   set(${result} ${path} PARENT_SCOPE)
 endfunction()
 
-# cloister_test(NAME [KIND bench|robot|threads] SOURCES a_test.cpp ... LINK lib ... [PROGRAMS target ...]
+# cloister_test(NAME [KIND bench|robot|threads] [LABELLED] SOURCES a_test.cpp ... LINK lib ... [PROGRAMS target ...]
 #               [PROPERTIES name value ...]): one doctest executable, each case a CTest test.
+# Where it is LABELLED, cases of a doctest suite get the suite's name as a label, by which presets leave them out:
+# `slow` takes minutes under a sanitizer or an emulator, and runs the same code as others for longer; `slow_threads` as well,
+# but is what the thread sanitizer is for; `host_kernel` asks the kernel for what an emulator does not hand on. Names of
+# such cases have no commas: doctest's listing takes them apart there.
 # The sources get the tree's test/data as CLOISTER_TEST_DATA, and each program's path as NAME_PROGRAM. Nothing
 # is done where tests of this kind are not built.
 function(cloister_test name)
-  cmake_parse_arguments(arg "" "KIND" "SOURCES;LINK;PROGRAMS;PROPERTIES" ${ARGN})
+  cmake_parse_arguments(arg "LABELLED" "KIND" "SOURCES;LINK;PROGRAMS;PROPERTIES" ${ARGN})
   if(NOT arg_KIND)
     set(arg_KIND robot)
   endif()
@@ -69,7 +73,13 @@ function(cloister_test name)
   cloister_target_defaults(${name})
   # What is tested is in the libraries: a test's own code is compiled in less time.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  # Tests have helpers of the same names: where sources are compiled several at once, theirs are not.
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests UNITY_BUILD OFF)
   add_dependencies(tests ${name})
-  doctest_discover_tests(${name} TEST_PREFIX "${name}: " PROPERTIES TIMEOUT 900 ${arg_PROPERTIES})
+  set(labels)
+  if(arg_LABELLED)
+    set(labels ADD_LABELS 1)  # which its listing reads, as it does not TRUE
+  endif()
+  doctest_discover_tests(${name} TEST_PREFIX "${name}: " ${labels}
+                         PROPERTIES TIMEOUT 900 ${arg_PROPERTIES})
 endfunction()

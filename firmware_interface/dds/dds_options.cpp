@@ -53,7 +53,9 @@ std::string cyclone_xml(const DdsOptions& options, const std::optional<std::stri
     xml << "name=\"" << escaped(options.interface) << "\"";
   }
   xml << " multicast=\"" << multicast << "\"/></Interfaces><AllowMulticast>" << multicast
-      << "</AllowMulticast>"
+      << "</AllowMulticast><ExternalNetworkAddress>"
+      << (options.external_address.empty() ? "auto" : escaped(options.external_address))
+      << "</ExternalNetworkAddress>"
       // The fastest for scans of 350 kB over UDP; fragments of datagrams are the loopback's own affair.
       << "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>4000B</FragmentSize></General>"
       // Without multicast every participant needs an index of its own, and by default the tenth would get none.

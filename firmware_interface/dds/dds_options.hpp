@@ -18,6 +18,9 @@ struct DdsOptions {
   std::string interface = "lo";  ///< name or address; empty: whichever Cyclone prefers
   std::string
       peers;  ///< addresses to look for others at, separated by commas; needed without multicast
+  /// Where others reach this process when the network on the way translates addresses; empty: where it is. Ports must
+  /// stay what they are, and the interface must be another than loopback.
+  std::string external_address;
   bool multicast = false;
   int first_port = 7400;  ///< the domain uses the 100 ports from here on
   SharedMemoryUse shared_memory = SharedMemoryUse::kAuto;

@@ -15,7 +15,7 @@ namespace {
 
 static_assert(HullQuery::kMaxCorners == cloister_wire_MAX_CORNERS);
 
-bool write(const DdsEntity& writer, const void* message) {
+bool hand_over(const DdsEntity& writer, const void* message) {
   return dds_write(writer.handle(), message) == DDS_RETCODE_OK;
 }
 
@@ -91,7 +91,7 @@ void MapRequests::publish(const HullReply& reply) {
   message.stamp_ns = reply.stamp.ns;
   message.graph_revision = reply.graph_revision;
   message.cpu_ms = reply.cpu_ms;
-  (void)write(ends_->hull_reply, &message);
+  (void)hand_over(ends_->hull_reply, &message);
 }
 
 void MapRequests::publish(const BlocksReply& reply) {
@@ -120,12 +120,12 @@ void MapRequests::publish(const BlocksReply& reply) {
   message.is_last = reply.delta.is_last;
   message.blocks._length = message.blocks._maximum = static_cast<std::uint32_t>(blocks.size());
   message.blocks._buffer = blocks.data();
-  (void)write(ends_->blocks_reply, &message);
+  (void)hand_over(ends_->blocks_reply, &message);
 }
 
 void MapRequests::publish(const ResetReply& reply) {
   const cloister_wire_ResetReply message{reply.id};
-  (void)write(ends_->reset_reply, &message);
+  (void)hand_over(ends_->reset_reply, &message);
 }
 
 struct MapClient::Ends {
@@ -162,17 +162,17 @@ bool MapClient::publish(const HullRequest& request) {
   message.num_corners = static_cast<std::uint32_t>(request.corners_H.size());
   for (std::size_t i = 0; i < std::min(request.corners_H.size(), HullQuery::kMaxCorners); ++i)
     std::copy_n(request.corners_H[i].data(), 3, message.corners_H + 3 * i);
-  return write(ends_->hull, &message);
+  return hand_over(ends_->hull, &message);
 }
 
 bool MapClient::publish(const BlocksRequest& request) {
   const cloister_wire_BlocksRequest message{request.id, request.submap, request.since};
-  return write(ends_->blocks, &message);
+  return hand_over(ends_->blocks, &message);
 }
 
 bool MapClient::publish(const ResetRequest& request) {
   const cloister_wire_ResetRequest message{request.id};
-  return write(ends_->reset, &message);
+  return hand_over(ends_->reset, &message);
 }
 
 bool MapClient::take(HullReply& reply) {

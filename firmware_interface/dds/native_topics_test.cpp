@@ -125,10 +125,14 @@ TEST_CASE(
   options.interface = "eth0\"/><x";
   options.peers = "10.0.0.1,10.0.0.2";
   options.first_port = 21000;
+  options.external_address = "192.0.2.1";
   const std::string xml = cyclone_xml(options, std::nullopt);
   CHECK(xml.find("name=\"eth0&quot;/&gt;&lt;x\"") != std::string::npos);
   CHECK(xml.find("<Peer Address=\"10.0.0.1\"/><Peer Address=\"10.0.0.2\"/>") != std::string::npos);
   CHECK(xml.find("<Base>21000</Base>") != std::string::npos);
+  CHECK(xml.find("<ExternalNetworkAddress>192.0.2.1</ExternalNetworkAddress>") !=
+        std::string::npos);
+  CHECK(cyclone_xml({}, std::nullopt).find("<ExternalNetworkAddress>auto<") != std::string::npos);
   CHECK(xml.find("<SharedMemory><Enable>false</Enable></SharedMemory>") != std::string::npos);
   CHECK(cyclone_xml(options, "[01:02]").find("<Enable>true</Enable><Locator>[01:02]</Locator>") !=
         std::string::npos);

@@ -26,7 +26,8 @@ bool is_readable(const UdpSource& source) {
   return poll(&waited, 1, 0) == 1;
 }
 
-TEST_CASE("datagrams of every size arrive whole and in order, with their sender") {
+TEST_CASE("datagrams of every size arrive whole and in order with their sender" *
+          doctest::test_suite("host_kernel")) {
   UdpSource source = open_source();
   UdpSender sender = open_sender(source);
   UdpDatagram datagram;
@@ -50,7 +51,8 @@ TEST_CASE("datagrams of every size arrive whole and in order, with their sender"
   CHECK(source.counters()[SocketCause::kKernelDrops] == 0);
 }
 
-TEST_CASE("what does not fit into the receive buffer is counted, datagram by datagram") {
+TEST_CASE("what does not fit into the receive buffer is counted by the datagram" *
+          doctest::test_suite("host_kernel")) {
   UdpSource source = open_source(/*receive_buffer_bytes=*/200'000);
   UdpSender sender = open_sender(source);
   constexpr std::uint64_t kSent = 500;

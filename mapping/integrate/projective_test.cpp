@@ -70,7 +70,8 @@ TEST_CASE("a door frame keeps its edges and the doorway becomes free") {
   }
 }
 
-TEST_CASE("table legs of 4 cm survive a hundred scans from one to four metres") {
+TEST_CASE("table legs of 4 cm survive a hundred scans from one to four metres" *
+          doctest::test_suite("slow")) {
   Scene scene;
   scene.add_room({-6, -6, -0.7f}, {6, 6, 2});
   const std::size_t first_leg = scene.boxes.size();
@@ -107,7 +108,8 @@ TEST_CASE("table legs of 4 cm survive a hundred scans from one to four metres") 
   }
 }
 
-TEST_CASE("railings of 4 cm bars stay occupied from two to five metres") {
+TEST_CASE("railings of 4 cm bars stay occupied from two to five metres" *
+          doctest::test_suite("slow")) {
   const ScanGeometry geometry = geometry_of(wide_sensor());
   for (const float distance : {2.0f, 3.5f, 5.0f}) {
     CAPTURE(distance);
@@ -132,7 +134,8 @@ TEST_CASE("railings of 4 cm bars stay occupied from two to five metres") {
   }
 }
 
-TEST_CASE("a floor seen at two degrees stays occupied for five hundred scans") {
+TEST_CASE("a floor seen at two degrees stays occupied for five hundred scans" *
+          doctest::test_suite("slow")) {
   // The rows of a long-range sensor that see the floor, and of its columns those that look ahead.
   const ScanGeometry geometry = geometry_of(staggered_sensor(12, 0.2, -5.6, 3.1, 512));
   VoxelConfig config;
@@ -163,7 +166,7 @@ TEST_CASE("a floor seen at two degrees stays occupied for five hundred scans") {
   }
 }
 
-TEST_CASE("a floor stays occupied wherever in its voxels it lies") {
+TEST_CASE("a floor stays occupied wherever in its voxels it lies" * doctest::test_suite("slow")) {
   const ScanGeometry geometry = geometry_of(long_range_sensor());
   for (int step = 0; step < 8; ++step) {
     const float height = 0.97f + 0.065f * static_cast<float>(step) / 8;
@@ -212,7 +215,7 @@ TEST_CASE("a wall along the border of two layers of voxels is one layer thick") 
   CHECK(map.share(layer(46), VoxelState::kOccupied) > 0.98);
 }
 
-TEST_CASE("the ground under the robot stays occupied") {
+TEST_CASE("the ground under the robot stays occupied" * doctest::test_suite("slow")) {
   const ScanGeometry geometry = geometry_of(wide_sensor());
   for (const auto& [height, depth_m] :
        {std::pair{0.59f, 0.0}, std::pair{0.60f, 0.0}, std::pair{0.62f, 0.0}, std::pair{0.645f, 0.0},
@@ -236,7 +239,8 @@ TEST_CASE("the ground under the robot stays occupied") {
   }
 }
 
-TEST_CASE("a floor stays occupied when a third or half of the pixels is lost") {
+TEST_CASE("a floor stays occupied when a third or half of the pixels is lost" *
+          doctest::test_suite("slow")) {
   Scene scene;
   scene.add_room({-4, -4, -0.62f}, {12, 4, 2});
   for (const SpinningSensor& sensor : {wide_sensor(), long_range_sensor()}) {
@@ -303,8 +307,9 @@ std::tuple<double, double, int> watch(const Visit& visit, int scans) {
 }
 
 TEST_CASE(
-    "a person who leaves is free within a second of being seen through, and its blocks return to "
-    "the pool") {
+    "a person who leaves is free within a second of being seen through and its blocks return to "
+    "the pool" *
+    doctest::test_suite("slow")) {
   for (const Visit& visit :
        {Visit{long_range_sensor(), 3, true}, Visit{long_range_sensor(), 5, true},
         Visit{long_range_sensor(), 3, false}, Visit{long_range_sensor(), 5, false},
@@ -321,8 +326,9 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "where rows are further apart than voxels, a person who leaves is free once beams have passed "
-    "everywhere") {
+    "a person who leaves is free once beams have passed everywhere where rows are further apart "
+    "than voxels" *
+    doctest::test_suite("slow")) {
   for (const float distance : {3.0f, 5.0f}) {
     CAPTURE(distance);
     const auto [before, after, blocks_left] = watch({wide_sensor(), distance, true}, 40);
@@ -334,7 +340,8 @@ TEST_CASE(
 
 TEST_CASE(
     "walls stay where they are at all azimuths while the sensor moves at 1 m/s and turns at 1 "
-    "rad/s") {
+    "rad/s" *
+    doctest::test_suite("slow")) {
   const Eigen::Vector3f low(-4.03f, -4.01f, -1.21f), high(4.02f, 4.04f, 1.63f);
   Scene scene;
   scene.add_room(low, high);

@@ -8,8 +8,9 @@ namespace cloister {
 Result<LiveSettings> live_settings(const ProgramConfig& config) {
   LiveSettings settings;
   const DdsConfig& dds = config.dds;
-  settings.dds = {dds.domain,    dds.interface,  dds.peers,
-                  dds.multicast, dds.first_port, SharedMemoryUse::kAuto};
+  settings.dds = {
+      dds.domain,     dds.interface,         dds.peers, dds.external_address, dds.multicast,
+      dds.first_port, SharedMemoryUse::kAuto};
   if (dds.shared_memory == "on") {
     settings.dds.shared_memory = SharedMemoryUse::kOn;
   } else if (dds.shared_memory == "off") {

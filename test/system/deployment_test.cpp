@@ -10,7 +10,11 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
 
 #include <doctest/doctest.h>
 #include <linux/mount.h>
@@ -102,6 +106,85 @@ TEST_CASE("a mapper that nobody watches, or whose manager has gone, runs all the
   robot.map_first_scan();
   CHECK(run.end(SIGTERM) == 0);
   CHECK(read_text(host.log("run")) == "");
+}
+
+/// A process that does nothing, in a network of its own that `arguments` of `nsenter` lead to.
+class Network {
+ public:
+  explicit Network(const fs::path& log) : process_({"unshare", "--net", "sleep", "600"}, log) {
+    // Until it has left this network, it is in it.
+    const fs::path theirs = "/proc/" + std::to_string(process_.id()) + "/ns/net";
+    std::error_code error;
+    const fs::path ours = fs::read_symlink("/proc/self/ns/net");
+    for (int i = 0; i < 1000 && fs::read_symlink(theirs, error) == ours; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  [[nodiscard]] std::string id() const { return std::to_string(process_.id()); }
+  /// This program, started in that network.
+  [[nodiscard]] std::vector<std::string> within(std::vector<std::string> program) const {
+    program.insert(program.begin(), {"nsenter", "--net", "--target", id()});
+    return program;
+  }
+
+ private:
+  Background process_;
+};
+
+TEST_CASE("a mapper behind translated addresses is reached at the one that it is told") {
+  Host host;
+  if (!host.is_there()) return;
+  const Network container(host.log("container"));
+  const Network robot(host.log("robot"));
+  // This network lies between them, and lets the robot in as a computer does with the published ports of a container.
+  const fs::path script = host.folder.path() / "lay";
+  std::ofstream(script)
+      << "set -e\n"
+         "join() {\n"
+         "  ip link add $1 type veth peer name eth0 netns $2\n"
+         "  ip address add $3.1/24 dev $1\n"
+         "  ip link set $1 up\n"
+         "  nsenter --net --target $2 ip address add $3.2/24 dev eth0\n"
+         "  nsenter --net --target $2 ip link set lo up\n"
+         "  nsenter --net --target $2 ip link set eth0 up\n"
+         "}\n"
+         "join inner $1 198.51.100\n"
+         "join outer $2 192.0.2\n"
+         "nsenter --net --target $1 ip route add default via 198.51.100.1\n"
+         "echo 1 >/proc/sys/net/ipv4/ip_forward\n"
+         "nft add table ip nat\n"
+         "nft 'add chain ip nat in { type nat hook prerouting priority -100; }'\n"
+         "nft 'add chain ip nat out { type nat hook postrouting priority 100; }'\n"
+         "nft add rule ip nat in iifname outer udp dport 21000-21099 "
+         "dnat to 198.51.100.2\n"
+         "nft add rule ip nat out oifname outer masquerade\n";
+  const ProgramResult laid =
+      run_program("sh", script.string() + " " + container.id() + " " + robot.id());
+  if (laid.exit_status != 0) {
+    MESSAGE("skipped, since addresses cannot be translated here: " << laid.err);
+    return;
+  }
+  const std::vector<std::string> common = {"--set", "dds.interface=eth0",
+                                           "--set", "dds.first_port=21000",
+                                           "--set", "dds.shared_memory=off"};
+  const auto start = [&](const Network& network, std::vector<std::string> program,
+                         const std::string& name) {
+    program.insert(program.end(), common.begin(), common.end());
+    return Background(network.within(program), host.log(name));
+  };
+  Background run =
+      start(container,
+            {CLOISTER_PROGRAM, "run", "--out", host.out().string(), "--set", kRoom, "--set",
+             "dds.peers=192.0.2.2", "--set", "dds.external_address=192.0.2.1"},
+            "run");
+  Background play = start(robot,
+                          {CLOISTER_PROGRAM, "play", CLOISTER_HOUSE_MISSION, "--rate", "2", "--set",
+                           "dds.peers=192.0.2.1"},
+                          "play");
+  CHECK(play.wait() == 0);
+  CHECK(read_text(host.log("play")) == "");
+  CHECK(run.end(SIGTERM) == 0);
+  CHECK(host.summary()["scans"]["integrated"].get<int>() > 0);
+  CHECK(host.map_loads());
 }
 
 TEST_CASE("an unprivileged user on a read-only system needs one writable directory") {

@@ -1,9 +1,8 @@
-#include <doctest/doctest.h>
-
 #include <filesystem>
 #include <fstream>
 #include <string>
 
+#include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
 #include "test/support/json.hpp"
@@ -13,8 +12,10 @@
 namespace cloister {
 namespace {
 
-ProgramResult replay(const std::string& mission, const std::filesystem::path& out, const std::string& options = "") {
-  return run_program(CLOISTER_PROGRAM, "replay " + mission + " --out " + out.string() + " " + options);
+ProgramResult replay(const std::string& mission, const std::filesystem::path& out,
+                     const std::string& options = "") {
+  return run_program(CLOISTER_PROGRAM,
+                     "replay " + mission + " --out " + out.string() + " " + options);
 }
 
 const std::string kData = std::string(CLOISTER_TEST_DATA) + "/missions/";
@@ -25,8 +26,9 @@ TEST_CASE("a replay of the house leaves every output, true to the world it was s
   const ProgramResult result = replay(CLOISTER_HOUSE_MISSION, out);
   CHECK(result.err == "");
   REQUIRE(result.exit_status == 0);
-  for (const char* name : {"summary.json", "submaps.json", "timeline.csv", "events.jsonl", "mesh.ply", "map.cloister",
-                           "report.html", "trajectory.tum", "submaps/0.ply"}) {
+  for (const char* name :
+       {"summary.json", "submaps.json", "timeline.csv", "events.jsonl", "mesh.ply", "map.cloister",
+        "report.html", "trajectory.tum", "submaps/0.ply"}) {
     CAPTURE(name);
     CHECK(std::filesystem::file_size(out / name) > 0);
   }
@@ -40,29 +42,32 @@ TEST_CASE("a replay of the house leaves every output, true to the world it was s
   check_truth_of_house(out);
 }
 
-TEST_CASE("the map does not depend on the vectors that the processor has") {
+TEST_CASE("the map does not depend on the vectors that the processor has" *
+          doctest::test_suite("slow")) {
   const TemporaryFolder folder;
   std::string first_hash;
   for (const char* bits : {"0", "256", "128", "64"}) {
     CAPTURE(bits);
     const auto out = folder.path() / bits;
-    REQUIRE(replay(CLOISTER_HOUSE_MISSION, out, std::string("--set runtime.vector_bits=") + bits).exit_status == 0);
+    REQUIRE(replay(CLOISTER_HOUSE_MISSION, out, std::string("--set runtime.vector_bits=") + bits)
+                .exit_status == 0);
     const std::string hash = read_json(out / "summary.json")["map_hash"];
     if (first_hash.empty()) first_hash = hash;
     CHECK(hash == first_hash);
   }
 }
 
-TEST_CASE("the map does not depend on the number of overlap workers, nor on the run") {
+TEST_CASE("the map depends neither on the number of overlap workers nor on the run" *
+          doctest::test_suite("slow_threads")) {
   const TemporaryFolder folder;
   std::string first_hash;
   int run = 0;
   // A high spawn threshold makes many submaps and many fusions.
   for (const char* workers : {"1", "1", "4"}) {
     const auto out = folder.path() / std::to_string(run++);
-    const ProgramResult result =
-        replay(CLOISTER_HOUSE_MISSION, out,
-               std::string("--set spawn.min_overlap=0.85 --set runtime.overlap_workers=") + workers);
+    const ProgramResult result = replay(
+        CLOISTER_HOUSE_MISSION, out,
+        std::string("--set spawn.min_overlap=0.85 --set runtime.overlap_workers=") + workers);
     REQUIRE(result.exit_status == 0);
     const auto summary = read_json(out / "summary.json");
     CHECK(summary["fusions"]["accepted"].get<int>() > 0);
@@ -74,9 +79,9 @@ TEST_CASE("the map does not depend on the number of overlap workers, nor on the 
 
 TEST_CASE("a full budget declines updates, says so, and loses nothing that is mapped") {
   const TemporaryFolder folder;
-  const ProgramResult result =
-      replay(CLOISTER_HOUSE_MISSION, folder.path() / "out",
-             "--set memory.budget_bytes=33554432 --set memory.max_submaps=1500 --set voxel.voxel_size_m=0.02");
+  const ProgramResult result = replay(CLOISTER_HOUSE_MISSION, folder.path() / "out",
+                                      "--set memory.budget_bytes=33554432 --set "
+                                      "memory.max_submaps=1500 --set voxel.voxel_size_m=0.02");
   REQUIRE(result.exit_status == 0);
   const auto summary = read_json(folder.path() / "out/summary.json");
   CHECK(summary["scans"]["dropped"] == 0);
@@ -86,8 +91,8 @@ TEST_CASE("a full budget declines updates, says so, and loses nothing that is ma
 
 TEST_CASE("the baseline spawns by distance") {
   const TemporaryFolder folder;
-  const ProgramResult result =
-      replay(CLOISTER_HOUSE_MISSION, folder.path() / "out", "--baseline --set spawn.baseline_distance_m=2");
+  const ProgramResult result = replay(CLOISTER_HOUSE_MISSION, folder.path() / "out",
+                                      "--baseline --set spawn.baseline_distance_m=2");
   REQUIRE(result.exit_status == 0);
   const auto summary = read_json(folder.path() / "out/summary.json");
   const double travel_m = summary["travel_m"];
@@ -114,7 +119,8 @@ TEST_CASE("three captured OS1-128 frames on a moving platform replay with all th
   CHECK(summary["drops"].empty());
 }
 
-TEST_CASE("clouds with a graph and nothing else replay one cloud a node") {
+TEST_CASE("clouds with a graph and nothing else replay one cloud a node" *
+          doctest::test_suite("slow")) {
   const TemporaryFolder folder;
   const ProgramResult result = replay(kData + "norlab", folder.path() / "out");
   REQUIRE(result.exit_status == 0);
