@@ -181,7 +181,6 @@ TEST_CASE("a mapper behind translated addresses is reached at the one that it is
                            "dds.peers=192.0.2.1"},
                           "play");
   CHECK(play.wait() == 0);
-  CHECK(read_text(host.log("play")) == "");
   CHECK(run.end(SIGTERM) == 0);
   CHECK(host.summary()["scans"]["integrated"].get<int>() > 0);
   CHECK(host.map_loads());

@@ -239,6 +239,7 @@ struct DiscoveredEnd {
   std::string type;
   bool is_reliable = false;
   bool is_latched = false;
+  int depth = 0;  // which Cyclone tells, and other DDS need not
 
   friend bool operator==(const DiscoveredEnd&, const DiscoveredEnd&) = default;
 };
@@ -281,6 +282,10 @@ class Listener {
           (void)dds_qget_reliability(endpoint.qos, &reliability, nullptr);
           (void)dds_qget_durability(endpoint.qos, &durability);
           end.is_reliable = reliability == DDS_RELIABILITY_RELIABLE;
+          dds_history_kind_t history = DDS_HISTORY_KEEP_ALL;
+          if (dds_qget_history(endpoint.qos, &history, &end.depth) &&
+              history != DDS_HISTORY_KEEP_LAST)
+            end.depth = 0;
           end.is_latched = durability == DDS_DURABILITY_TRANSIENT_LOCAL;
           ends[endpoint.topic_name] = end;
         })) {
@@ -301,22 +306,22 @@ TEST_CASE("on the wire, topics, types, qualities of service and user data are th
   REQUIRE(link.has_value());
   Listener listener(*link);
   const std::map<std::string, DiscoveredEnd> of_drivers = {
-      {"rt/ouster/points", {"sensor_msgs::msg::dds_::PointCloud2_", true, false}},
-      {"rt/odometry", {"nav_msgs::msg::dds_::Odometry_", true, false}},
-      {"rt/path", {"nav_msgs::msg::dds_::Path_", true, false}},
-      {"rt/tf_static", {"tf2_msgs::msg::dds_::TFMessage_", true, true}}};
+      {"rt/ouster/points", {"sensor_msgs::msg::dds_::PointCloud2_", true, false, 16}},
+      {"rt/odometry", {"nav_msgs::msg::dds_::Odometry_", true, false, 512}},
+      {"rt/path", {"nav_msgs::msg::dds_::Path_", true, false, 10}},
+      {"rt/tf_static", {"tf2_msgs::msg::dds_::TFMessage_", true, true, 100}}};
   const std::map<std::string, DiscoveredEnd> of_mapper = {
-      {"rt/cloister/submaps", {"visualization_msgs::msg::dds_::MarkerArray_", true, true}},
-      {"rt/cloister/occupied", {"sensor_msgs::msg::dds_::PointCloud2_", true, true}},
-      {"rt/cloister/octomap", {"octomap_msgs::msg::dds_::Octomap_", true, true}},
-      {"rt/tf", {"tf2_msgs::msg::dds_::TFMessage_", true, false}},
-      {"rt/diagnostics", {"diagnostic_msgs::msg::dds_::DiagnosticArray_", true, false}}};
+      {"rt/cloister/submaps", {"visualization_msgs::msg::dds_::MarkerArray_", true, true, 1}},
+      {"rt/cloister/occupied", {"sensor_msgs::msg::dds_::PointCloud2_", true, true, 1}},
+      {"rt/cloister/octomap", {"octomap_msgs::msg::dds_::Octomap_", true, true, 1}},
+      {"rt/tf", {"tf2_msgs::msg::dds_::TFMessage_", true, false, 100}},
+      {"rt/diagnostics", {"diagnostic_msgs::msg::dds_::DiagnosticArray_", true, false, 10}}};
   const std::map<std::string, DiscoveredEnd> read = {
-      {"rt/ouster/points", {"sensor_msgs::msg::dds_::PointCloud2_", false, false}},
-      {"rt/odometry", {"nav_msgs::msg::dds_::Odometry_", false, false}},
-      {"rt/path", {"nav_msgs::msg::dds_::Path_", true, false}},
-      {"rt/tf_static", {"tf2_msgs::msg::dds_::TFMessage_", true, true}},
-      {"rt/cloister/request_octomap", {"std_msgs::msg::dds_::Empty_", false, false}}};
+      {"rt/ouster/points", {"sensor_msgs::msg::dds_::PointCloud2_", false, false, 16}},
+      {"rt/odometry", {"nav_msgs::msg::dds_::Odometry_", false, false, 512}},
+      {"rt/path", {"nav_msgs::msg::dds_::Path_", true, false, 10}},
+      {"rt/tf_static", {"tf2_msgs::msg::dds_::TFMessage_", true, true, 100}},
+      {"rt/cloister/request_octomap", {"std_msgs::msg::dds_::Empty_", false, false, 5}}};
   const auto all_in = [](const auto& expected, const auto& seen) {
     for (const auto& [topic, end] : expected) {
       if (!seen.contains(topic)) return false;
@@ -334,6 +339,7 @@ TEST_CASE("on the wire, topics, types, qualities of service and user data are th
       CHECK(seen[topic].type == end.type);
       CHECK(seen[topic].is_reliable == end.is_reliable);
       CHECK(seen[topic].is_latched == end.is_latched);
+      CHECK(seen[topic].depth == end.depth);
     }
   };
   check(of_drivers, listener.writers);
