@@ -14,6 +14,7 @@
 #include <system_error>
 #include <vector>
 
+#include "mapping/mesh/drawn_surfaces.hpp"
 #include "mapping/mesh/marching_cubes.hpp"
 #include "mapping/overlap/voxel_overlap.hpp"
 
@@ -151,6 +152,15 @@ void remove_other_submaps(const std::filesystem::path& directory,
   for (const std::filesystem::path& path : others) std::filesystem::remove(path, ignored);
 }
 
+/// A submap's mesh without what other submaps' meshes show already.
+[[nodiscard]] Part draw(const MapView& map, const Submap& submap, DrawnSurfaces& drawn) {
+  Part part = {&submap,
+               extract_mesh(*map.store, submap.volume, map.info.voxel_size_m, kSurfaceDepth)};
+  drawn.leave_out(submap, part.mesh);
+  drawn.add(submap);
+  return part;
+}
+
 [[nodiscard]] tl::unexpected<Error> no_memory(const std::filesystem::path& path) {
   return fail(ErrorKind::kResource,
               path.string() + ": a mesh does not fit into memory; use larger voxels");
@@ -182,8 +192,9 @@ Result<void> write_meshes(const std::filesystem::path& out_dir, const MapView& m
   const PlyReal real = ply_real_for(map);
   std::vector<WrittenPart> written;
   std::vector<Part> parts(1);
+  DrawnSurfaces drawn(*map.store, map.info.voxel_size_m);
   for (const Submap* submap : sorted_submaps(map)) {
-    parts[0] = {submap, extract_mesh(*map.store, submap->volume, map.info.voxel_size_m, kSurfaceDepth)};
+    parts[0] = draw(map, *submap, drawn);
     const std::filesystem::path path = directory / (std::to_string(submap->id) + ".ply");
     if (auto done = write_parts(path, parts, real); !done) return done;
     written.push_back({path, size_of(parts[0].mesh)});
@@ -197,9 +208,8 @@ Result<void> write_meshes(const std::filesystem::path& out_dir, const MapView& m
 
 Result<void> write_mesh_ply(const std::filesystem::path& path, const MapView& map) try {
   std::vector<Part> parts;
-  for (const Submap* submap : sorted_submaps(map)) {
-    parts.push_back({submap, extract_mesh(*map.store, submap->volume, map.info.voxel_size_m, kSurfaceDepth)});
-  }
+  DrawnSurfaces drawn(*map.store, map.info.voxel_size_m);
+  for (const Submap* submap : sorted_submaps(map)) parts.push_back(draw(map, *submap, drawn));
   return write_parts(path, parts, ply_real_for(map));
 } catch (const std::bad_alloc&) {
   return no_memory(path);

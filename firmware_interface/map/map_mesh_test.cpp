@@ -13,6 +13,7 @@
 #include "firmware_interface/map/map_builder_for_tests.hpp"
 #include "firmware_interface/map/map_export.hpp"
 #include "firmware_interface/map/occupied_points.hpp"
+#include "mapping/mesh/drawn_surfaces.hpp"
 #include "mapping/mesh/marching_cubes.hpp"
 
 namespace cloister {
@@ -98,11 +99,14 @@ TEST_CASE("meshes come back from their files in M, coloured by submap") {
 
   const ParsedPly all = parse_ply(directory / "mesh.ply");
   std::size_t vertex = 0, triangle = 0;
+  DrawnSurfaces drawn(map.store, map.info.voxel_size_m);
   for (const Submap* submap : sorted_submaps(map.view())) {
     const ParsedPly one =
         parse_ply(directory.path() / "submaps" / (std::to_string(submap->id) + ".ply"));
-    const TriangleMesh mesh =
+    TriangleMesh mesh =
         extract_mesh(map.store, submap->volume, map.info.voxel_size_m, kSurfaceDepth);
+    drawn.leave_out(*submap, mesh);
+    drawn.add(*submap);
     REQUIRE(one.points.size() == mesh.vertices_S.size());
     REQUIRE(one.triangles.size() == mesh.triangles.size());
     CHECK(mesh.triangles.empty() == (submap->id == 8));
