@@ -45,14 +45,10 @@ struct SpawnConfig {
 /// When two submaps become one (paper, sections III-B and III-C).
 ///
 /// From its doorway a room of 4 m is seen to nine tenths: the overlap alone would join every room with the next. So the
-/// sensor must have walked the same ground as well, which is as wide as the place: a third of how far its scans reach. And
-/// the two paths must see each other, not only through a door.
+/// two paths must see each other as well, and not only through a door.
 struct FusionConfig {
   double min_overlap = 0.7;      ///< lambda_fusion: larger of both voxel overlap ratios, for submaps of one place
-  double min_shared_path = 0.7;  ///< one place: share of the shorter path that comes near the other's, in what it holds
   double min_shared_sight = 0.7; ///< one place: share of lines between the paths, and places beside them, that are clear
-  double shared_path_m = 0.5;    ///< how near, at least
-  double shared_path_reach = 0.35;  ///< how near, as a share of the smaller of both submaps' reach
   double max_sigma_m = 0.2;           ///< largest translational standard deviation between two roots
   double max_sigma_unlooped_m = 0.2;  ///< the same for pairs that no loop closure's range covers
   double min_active_travel_m = 5.0;   ///< the active submap is closed at a loop closure once the sensor moved this far

@@ -30,10 +30,7 @@ void visit_fields(ConfigType& config, Visitor&& visit) {
   visit("spawn.baseline_distance_m", spawn.baseline_distance_m, 0.1, 1000.0);
   auto& fusion = config.fusion;
   visit("fusion.min_overlap", fusion.min_overlap, 0.0, 1.0);
-  visit("fusion.min_shared_path", fusion.min_shared_path, 0.0, 1.0);
   visit("fusion.min_shared_sight", fusion.min_shared_sight, 0.0, 1.0);
-  visit("fusion.shared_path_m", fusion.shared_path_m, 0.0, 100.0);
-  visit("fusion.shared_path_reach", fusion.shared_path_reach, 0.0, 10.0);
   visit("fusion.max_sigma_m", fusion.max_sigma_m, 0.0, 100.0);
   visit("fusion.max_sigma_unlooped_m", fusion.max_sigma_unlooped_m, 0.0, 100.0);
   visit("fusion.min_active_travel_m", fusion.min_active_travel_m, 0.0, 1e6);

@@ -14,9 +14,9 @@ namespace {
 
 /// A comparison stands as long as the pair has moved less than half a voxel against each other anywhere in reach.
 constexpr double kMaxMoveVox = 0.5;
-/// Of two submaps of one place, the least share of surfaces that both show. In nine small rooms it is 0.92 and more for
-/// what the graph places well; a metre aside floors and ceilings still agree, and it is 0.5 to 0.82.
-constexpr double kMinSameSurface = 0.85;
+/// Of two submaps of one place, the least share of surfaces that both show. Where the graph is right they show nearly all
+/// of them alike; 0.3 to 1 m apart floors and ceilings still agree.
+constexpr double kMinSameSurface = 0.82;
 
 double largest_move_m(const Pose& T_before, const Pose& T_now, const Eigen::AlignedBox3d& bounds) {
   double move_m = 0;
@@ -109,36 +109,14 @@ bool ElasticMap::joined_by_loop(SubmapId a, SubmapId b) const {
   });
 }
 
-bool ElasticMap::is_one_place(const Submap& a, const Submap& b, const VoxelOverlap& overlap) const {
-  if (config_.baseline) return true;
-  const FusionConfig& fusion = config_.fusion;
-  return larger_ratio(overlap) >= fusion.min_overlap &&
-         shared_ground(a, b) >= fusion.min_shared_path &&
-         shared_sight(store_, config_.voxel.voxel_size_m, a, b) >= fusion.min_shared_sight;
-}
-
-double ElasticMap::shared_ground(const Submap& a, const Submap& b) const {
-  if (a.path.points().size() > b.path.points().size()) return shared_ground(b, a);
-  if (a.path.points().empty()) return 0;
-  const FusionConfig& fusion = config_.fusion;
-  const double reach_m = std::min(a.reach.mean_m, b.reach.mean_m);
-  const auto near_m =
-      static_cast<float>(std::max(fusion.shared_path_m, fusion.shared_path_reach * reach_m));
-  const auto block_m = static_cast<float>(config_.voxel.voxel_size_m * kBlockEdge);
-  const Eigen::Isometry3f T_b_a = (b.T_M_S.inverse() * a.T_M_S).cast<float>();
-  const auto num_shared = std::count_if(
-      a.path.points().begin(), a.path.points().end(), [&](const Eigen::Vector3f& p_a) {
-        const Eigen::Vector3f p_b = T_b_a * p_a;
-        return b.path.squared_distance(p_b) < near_m * near_m &&
-               !b.volume.view(store_, (p_b / block_m).array().floor().matrix().cast<int>())
-                    .is_unknown();
-      });
-  return static_cast<double>(num_shared) / static_cast<double>(a.path.points().size());
-}
-
 bool ElasticMap::overlaps_enough(const PairCheck& checked) const {
   const auto comparison = comparisons_.find({checked.a->id, checked.b->id});
-  return comparison != comparisons_.end() && comparison->second.is_one_place;
+  return comparison != comparisons_.end() && is_one_place(comparison->second);
+}
+
+bool ElasticMap::is_one_place(const Comparison& comparison) const {
+  return config_.baseline || (larger_ratio(comparison.overlap) >= config_.fusion.min_overlap &&
+                              comparison.sight >= config_.fusion.min_shared_sight);
 }
 
 const Submap* ElasticMap::find(SubmapId id) const {
@@ -176,8 +154,13 @@ bool ElasticMap::may_overlap_enough(const Entry& a, const Entry& b) const {
 bool ElasticMap::is_current(const Comparison& comparison, const Entry& a, const Entry& b) const {
   const Pose T_b_a = b.submap->T_M_S.inverse() * a.submap->T_M_S;
   return comparison.sources_a == a.num_sources && comparison.sources_b == b.num_sources &&
-         largest_move_m(comparison.T_b_a, T_b_a, a.bounds_S) <
-             kMaxMoveVox * config_.voxel.voxel_size_m;
+         has_stayed(comparison.T_b_a, T_b_a, a.bounds_S);
+}
+
+bool ElasticMap::has_stayed(const Pose& T_b_a_before, const Pose& T_b_a_now,
+                            const Eigen::AlignedBox3d& bounds_a) const {
+  return largest_move_m(T_b_a_before, T_b_a_now, bounds_a) <
+         kMaxMoveVox * config_.voxel.voxel_size_m;
 }
 
 std::vector<PairCheck> ElasticMap::plan_checks() {
@@ -202,10 +185,12 @@ std::vector<PairCheck> ElasticMap::plan_checks() {
 }
 
 void ElasticMap::record(const PairCheck& checked) {
-  comparisons_[{checked.a->id, checked.b->id}] = {entries_.at(checked.a->id).num_sources,
-                                                  entries_.at(checked.b->id).num_sources,
-                                                  checked.T_b_a, checked.overlap,
-                                                  is_one_place(*checked.a, *checked.b, checked.overlap)};
+  Comparison& comparison = comparisons_[{checked.a->id, checked.b->id}];
+  comparison = {entries_.at(checked.a->id).num_sources, entries_.at(checked.b->id).num_sources,
+                checked.T_b_a, checked.overlap};
+  // Lines of sight cost more than a comparison of boxes: only of pairs that overlap enough.
+  if (!config_.baseline && larger_ratio(checked.overlap) >= config_.fusion.min_overlap)
+    comparison.sight = shared_sight(store_, config_.voxel.voxel_size_m, *checked.a, *checked.b);
 }
 
 std::optional<FusionCandidate> ElasticMap::next_candidate() {
@@ -215,12 +200,13 @@ std::optional<FusionCandidate> ElasticMap::next_candidate() {
     const auto& [pair, comparison] = item;
     const auto a = entries_.find(pair.first);
     const auto b = entries_.find(pair.second);
-    if (!comparison.is_one_place || comparison.is_judged || a == entries_.end() || b == entries_.end()) continue;
+    if (!is_one_place(comparison) || comparison.is_judged || a == entries_.end() ||
+        b == entries_.end())
+      continue;
     if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
     if (!is_current(comparison, a->second, b->second)) continue;
-    // In baseline mode paths do not count, and all scores may be zero.
-    const double score =
-        larger_ratio(comparison.overlap) * shared_ground(*a->second.submap, *b->second.submap);
+    // In baseline mode lines of sight do not count, and all scores are zero.
+    const double score = larger_ratio(comparison.overlap) * comparison.sight;
     if (best != nullptr && score <= best_score) continue;
     best = &item;
     best_score = score;
@@ -262,16 +248,19 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
   return judgement;
 }
 
-bool ElasticMap::see_same_surfaces(const FusionCandidate& candidate) const {
-  if (config_.baseline) return true;
-  const Submap& a = *entries_.at(candidate.a).submap;
-  const Submap& b = *entries_.at(candidate.b).submap;
+SurfaceAgreement ElasticMap::compare_surfaces(const Submap& a, const Submap& b) const {
   // Of the smaller one: the other may know walls that it never looked at.
   const bool is_a_smaller = a.volume.num_blocks() <= b.volume.num_blocks();
   const Submap& from = is_a_smaller ? a : b;
   const Submap& into = is_a_smaller ? b : a;
-  return same_surface_share(store_, from.volume, into.volume, into.T_M_S.inverse() * from.T_M_S,
-                            config_.voxel.voxel_size_m) >= kMinSameSurface;
+  return cloister::compare_surfaces(store_, from.volume, into.volume,
+                                    into.T_M_S.inverse() * from.T_M_S, config_.voxel.voxel_size_m);
+}
+
+bool ElasticMap::see_same_surfaces(const FusionCandidate& candidate) const {
+  return config_.baseline ||
+         compare_surfaces(*entries_.at(candidate.a).submap, *entries_.at(candidate.b).submap)
+                 .share_same() >= kMinSameSurface;
 }
 
 bool ElasticMap::have_shared(SubmapId a, SubmapId b) const {
@@ -298,19 +287,31 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
   const bool is_same = sharing.sources_a == a.num_sources && sharing.sources_b == b.num_sources;
   if (is_same && (sharing.refused_by_revision == 0 || sharing.refused_by_revision == revision))
     return 0;
-  sharing = {a.num_sources, b.num_sources, 0};
+  const Pose T_b_a = b.submap->T_M_S.inverse() * a.submap->T_M_S;
+  const bool is_known = is_same && has_stayed(sharing.T_b_a, T_b_a, a.bounds_S);
+  const Pose T_b_a_asked = is_known ? sharing.T_b_a : T_b_a;
+  sharing = {a.num_sources, b.num_sources, T_b_a_asked, 0};
   if (a.bounds_S.isEmpty() || b.bounds_S.isEmpty()) return 0;
   if (boxes_disjoint(oriented_box(a.bounds_S, a.submap->T_M_S),
                      oriented_box(b.bounds_S, b.submap->T_M_S)))
     return 0;
-  const SubmapId id_a = a.submap->id;
-  const SubmapId id_b = b.submap->id;
-  if (!judge({id_a, id_b, joined_by_loop(id_a, id_b), {}}).is_accepted) {
+  const std::pair ids{a.submap->id, b.submap->id};
+  const bool is_certain =
+      judge({ids.first, ids.second, joined_by_loop(ids.first, ids.second), {}}).is_accepted;
+  const SharingTrust trust =
+      !is_certain ? SharingTrust::kUncertain
+      : compare_surfaces(*a.submap, *b.submap).share_same() >= kMinSameSurface
+          ? SharingTrust::kFull
+          : SharingTrust::kContradicted;
+  if (trust != SharingTrust::kFull) {
     sharing.refused_by_revision = revision;
-    return 0;
+    const auto comparison = comparisons_.find(ids);
+    const bool may_fuse_later =
+        comparison != comparisons_.end() && is_one_place(comparison->second);
+    if (is_known || may_fuse_later) return 0;
   }
-  const Pose T_a_b = a.submap->T_M_S.inverse() * b.submap->T_M_S;
-  const auto moved = cloister::share_places(*a.submap, *b.submap, T_a_b, config_.voxel, pools_);
+  const auto moved =
+      cloister::share_places(*a.submap, *b.submap, T_b_a.inverse(), config_.voxel, pools_, trust);
   if (!moved || *moved == 0) return 0;
   refresh(a);
   refresh(b);
@@ -329,7 +330,6 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate) {
                                b->merged_from.end());
   std::sort(a.submap->merged_from.begin(), a.submap->merged_from.end());
   a.submap->path.add(b->path, T_b_a.inverse());
-  a.submap->reach.add(b->reach);
   a.submap->note_node(b->first_node);
   a.submap->note_node(b->last_node);
   ++a.num_sources;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mapping/core/config.hpp"
+#include "mapping/fuse/same_surface.hpp"
 #include "mapping/graph/graph_revision.hpp"
 #include "mapping/graph/relative_uncertainty.hpp"
 #include "mapping/overlap/voxel_overlap.hpp"
@@ -37,7 +38,8 @@ struct Judgement {
   std::optional<std::array<double, 3>>
       sigma_m;  ///< translational standard deviations, ascending, metres
   double limit_m = 0;
-  bool is_uncertainty_unavailable = false;  ///< the graph has no edges: FusionConfig::fuse_without_covariance decided
+  bool is_uncertainty_unavailable =
+      false;  ///< the graph has no edges: FusionConfig::fuse_without_covariance decided
 };
 
 /// The finished submaps and what is to become of them: which pairs to compare, which to fuse (paper, section III-B
@@ -69,14 +71,15 @@ class ElasticMap {
   /// nothing comes any more.
   [[nodiscard]] std::vector<PairCheck> plan_checks();
   void record(const PairCheck& checked);
-  /// The pair to judge next, the one that shares most volume and ground, or nothing. Each pair comes once a comparison and, if refused, once a loop closure.
+  /// The pair to judge next, the one that shares most volume and sight, or nothing. Each pair comes once a comparison and, if refused, once a loop closure.
   [[nodiscard]] std::optional<FusionCandidate> next_candidate();
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
-  /// False when the two see the surfaces of their place apart (see same_surface_share): the graph is wrong about them.
+  /// False when the two see the surfaces of their place apart (see compare_surfaces): the graph is wrong about them.
   /// Always true in baseline mode.
   [[nodiscard]] bool see_same_surfaces(const FusionCandidate& candidate) const;
   /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
-  /// it (see share_places), where the graph is as certain of the pair as a fusion needs. Pairs of which neither has
+  /// it (see share_places): with full trust where the graph is as certain of the pair as a fusion needs and both see the
+  /// surfaces of their place alike, else as far as they agree, unless they wait to be fused. Pairs of which neither has
   /// taken up scans since are passed over.
   /// @return number of blocks that changed hands
   [[nodiscard]] std::size_t share_places();
@@ -109,7 +112,7 @@ class ElasticMap {
     std::uint32_t sources_a = 0, sources_b = 0;
     Pose T_b_a = Pose::Identity();
     VoxelOverlap overlap;
-    bool is_one_place = false;
+    double sight = 0;  ///< see shared_sight
     bool is_judged = false;
   };
   using Pair = std::pair<SubmapId, SubmapId>;
@@ -117,6 +120,7 @@ class ElasticMap {
   /// graph has changed. What sharing itself changes does not count: blocks of two grids could change hands for ever.
   struct Sharing {
     std::uint32_t sources_a = 0, sources_b = 0;
+    Pose T_b_a = Pose::Identity();
     std::uint64_t refused_by_revision = 0;
   };
 
@@ -124,12 +128,13 @@ class ElasticMap {
   /// True when the pair was told apart and has shared what both knew: what is left of it says nothing about overlap.
   [[nodiscard]] bool have_shared(SubmapId a, SubmapId b) const;
   [[nodiscard]] std::size_t share_places(Entry& a, Entry& b, Sharing& sharing);
+  /// True when a submap has hardly moved against another one, anywhere in reach.
+  [[nodiscard]] bool has_stayed(const Pose& T_b_a_before, const Pose& T_b_a_now,
+                                const Eigen::AlignedBox3d& bounds_a) const;
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
-  [[nodiscard]] bool is_one_place(const Submap& a, const Submap& b,
-                                  const VoxelOverlap& overlap) const;
-  /// Share of the shorter path that comes near the other's and runs through what the other holds.
-  [[nodiscard]] double shared_ground(const Submap& a, const Submap& b) const;
+  [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
+  [[nodiscard]] SurfaceAgreement compare_surfaces(const Submap& a, const Submap& b) const;
   void note_nodes(const Submap& submap);
   void note_loops(const GraphRevision& revision);
   void refresh(Entry& entry);

@@ -32,7 +32,8 @@ GraphRevision with_loop(GraphRevision revision, NodeId from, NodeId to, double i
 }
 
 struct Fixture {
-  explicit Fixture(const Config& settings = {}) : config(settings), store(4000, 400), map(config, store) {
+  explicit Fixture(const Config& settings = {})
+      : config(settings), store(4000, 400), map(config, store) {
     map.pools().take_all();
   }
 
@@ -129,7 +130,8 @@ TEST_CASE(
   CHECK(f.num_checks == 1);
 }
 
-TEST_CASE("without a loop closure between them the graph must know two submaps to a limit of its own") {
+TEST_CASE(
+    "without a loop closure between them the graph must know two submaps to a limit of its own") {
   Config config;
   config.fusion.max_sigma_unlooped_m = 0.065;
   Fixture f(config);
@@ -142,7 +144,9 @@ TEST_CASE("without a loop closure between them the graph must know two submaps t
   CHECK(f.last_judgement.limit_m == doctest::Approx(f.config.fusion.max_sigma_unlooped_m));
 }
 
-TEST_CASE("a graph without edges tells no uncertainty: the configuration says whether overlap alone is enough") {
+TEST_CASE(
+    "a graph without edges tells no uncertainty: the configuration says whether overlap alone is "
+    "enough") {
   for (const bool fuse_without_covariance : {false, true}) {
     Config config;
     config.fusion.fuse_without_covariance = fuse_without_covariance;
@@ -211,7 +215,8 @@ TEST_CASE("a graph that has lost a root leaves its submap where it was") {
   CHECK(f.map.submaps().size() == 1);
 }
 
-/// A row of rooms, four blocks wide each, of which a submap sees its own and the neighbours'.
+/// A row of rooms, four blocks wide each, with walls across the lane that the sensor takes. A submap sees its own room
+/// and, over the walls, the neighbours'.
 struct RowOfRooms : Fixture {
   static constexpr int kRoomBlocks = 4;
   /// A submap whose sensor walked through one room.
@@ -221,8 +226,17 @@ struct RowOfRooms : Fixture {
     for (int k = 0; k < kRoomBlocks; ++k) {
       submap->path.add({(static_cast<float>(kRoomBlocks * room + k) + 0.5f) * 0.52f, 0.4f, 0.1f});
     }
-    for (int x = kRoomBlocks * (room - 1); x < kRoomBlocks * (room + 2); ++x) add_wall(*submap, x);
+    for (int x = kRoomBlocks * (room - 1); x < kRoomBlocks * (room + 2); ++x) {
+      add_wall(*submap, x);
+      if (x % kRoomBlocks == 0) close_lane(*submap, x);
+    }
     return submap;
+  }
+  void close_lane(Submap& submap, int x_blocks) {
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = submap.volume.make_place(map.pools(), {x_blocks, 0, 0}, &chunk);
+    Block* block = submap.volume.make_block(map.pools(), *chunk, *place);
+    for (int i = 0; i < kBlockVoxels; i += kBlockEdge) block->voxels[i] = 30;
   }
   /// Pairs of submaps with an overlap above 0.7, between which the graph would allow a fusion.
   int num_pairs_left() {
@@ -259,9 +273,7 @@ TEST_CASE("rooms that see into each other stay submaps of their own, and each pl
 }
 
 TEST_CASE("two paths on either side of a wall are two places, however much both have seen") {
-  Config config;
-  config.fusion.shared_path_m = 1;
-  Fixture f(config);
+  Fixture f;
   const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
   f.map.set_graph(&graph);
   Submap* beyond = f.finished(1, 8, 3);

@@ -11,6 +11,10 @@ namespace {
 
 // How much of a block the other must know for it to be dropped rather than given: what it says is not filled in.
 constexpr double kMinKnownToDrop = 0.6;
+// How much of a block's surface the other must show: where the two may yet move against each other a floor alone, which
+// they show whatever lies between them, must not take a wall along.
+constexpr double kMinSameToShare = 0.5;
+constexpr double kMinSameToDrop = 0.8;
 
 /// Blocks of `from` for which `into` is the better home.
 struct Leaving {
@@ -19,7 +23,7 @@ struct Leaving {
 };
 
 Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& into,
-                     const Pose& T_into_from, double edge_m) {
+                     const Pose& T_into_from, double edge_m, SharingTrust trust) {
   Leaving leaving;
   const Eigen::Isometry3f T = T_into_from.cast<float>();
   const auto block_m = static_cast<float>(edge_m);
@@ -30,9 +34,14 @@ Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& 
     if (into.path.squared_distance(middle_into) >= from.path.squared_distance(middle_from)) return;
     const BlockAgreement agreement =
         compare_block(store, coord, view, from.volume, into.volume, T, block_m / kBlockEdge);
-    if (!agreement.is_same_surface) return;
-    const bool is_dropped = !agreement.is_aligned && agreement.share_known >= kMinKnownToDrop;
-    (is_dropped ? leaving.dropped : leaving.given).push_back(coord);
+    if (agreement.share_same < (trust == SharingTrust::kFull ? kMinSameToShare : kMinSameToDrop))
+      return;
+    const bool is_copy = agreement.share_known >= kMinKnownToDrop;
+    if (trust == SharingTrust::kFull) {
+      (is_copy && !agreement.is_aligned ? leaving.dropped : leaving.given).push_back(coord);
+    } else if (is_copy && (trust == SharingTrust::kUncertain || agreement.is_aligned)) {
+      leaving.dropped.push_back(coord);
+    }
   });
   return leaving;
 }
@@ -61,9 +70,9 @@ std::size_t move_places(const std::vector<BlockCoord>& coords, VoxelPools& pools
 }
 
 std::optional<std::size_t> give(Submap& from, Submap& into, const Pose& T_into_from,
-                                const VoxelConfig& config, VoxelPools& pools) {
+                                const VoxelConfig& config, VoxelPools& pools, SharingTrust trust) {
   const auto [given, dropped] =
-      find_leaving(pools.store, from, into, T_into_from, config.voxel_size_m * kBlockEdge);
+      find_leaving(pools.store, from, into, T_into_from, config.voxel_size_m * kBlockEdge, trust);
   if (given.empty() && dropped.empty()) return 0;
   Volume parcel;
   const std::size_t num_given = move_places(given, pools, from.volume, parcel);
@@ -85,10 +94,11 @@ std::optional<std::size_t> give(Submap& from, Submap& into, const Pose& T_into_f
 }  // namespace
 
 std::optional<std::size_t> share_places(Submap& a, Submap& b, const Pose& T_a_b,
-                                        const VoxelConfig& config, VoxelPools& pools) {
-  const auto from_a = give(a, b, T_a_b.inverse(), config, pools);
+                                        const VoxelConfig& config, VoxelPools& pools,
+                                        SharingTrust trust) {
+  const auto from_a = give(a, b, T_a_b.inverse(), config, pools, trust);
   if (!from_a) return std::nullopt;
-  const auto from_b = give(b, a, T_a_b, config, pools);
+  const auto from_b = give(b, a, T_a_b, config, pools, trust);
   if (!from_b) return std::nullopt;
   return *from_a + *from_b;
 }

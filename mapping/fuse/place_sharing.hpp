@@ -8,6 +8,13 @@
 
 namespace cloister {
 
+/// How far it can be trusted that two submaps lie where the graph has them.
+enum class SharingTrust {
+  kFull,       ///< what one gives away may stay with the other for ever
+  kUncertain,  ///< the graph does not know well: only copies go, nothing is given
+  kContradicted,  ///< the graph is sure, and what they see differs: only copies that agree to a voxel go
+};
+
 /// Leaves every place that two submaps know to the one whose sensor came nearer to it.
 ///
 /// Submaps look into each other through doors and across squares, so each holds a worse copy of its neighbours: memory
@@ -19,6 +26,10 @@ namespace cloister {
 /// walls and wears them down. Where the two see a surface more than a voxel apart, filling in would put the further view
 /// behind the nearer one's wall and draw it twice: if the nearer one knows most of the block, the further view is dropped.
 ///
+/// Two submaps that may yet move against each other can still do without copies. Without full trust the further view is
+/// dropped where the nearer one knows most of the block and shows its surface. What that one holds there is its own, and
+/// moves with it.
+///
 /// Since nearness decides, and not which of the two asks, a second call finds nothing more to give unless one of the
 /// submaps has changed.
 /// @param T_a_b  pose of b's frame in a's: how far it can be trusted is for the caller to ask
@@ -26,6 +37,7 @@ namespace cloister {
 ///         is where it was
 /// Threads: one owner of both submaps and the pools. Allocates lists of the blocks concerned.
 [[nodiscard]] std::optional<std::size_t> share_places(Submap& a, Submap& b, const Pose& T_a_b,
-                                                      const VoxelConfig& config, VoxelPools& pools);
+                                                      const VoxelConfig& config, VoxelPools& pools,
+                                                      SharingTrust trust = SharingTrust::kFull);
 
 }  // namespace cloister

@@ -1,5 +1,7 @@
 #include "mapping/fuse/place_sharing.hpp"
 
+#include <utility>
+
 #include <doctest/doctest.h>
 
 namespace cloister {
@@ -30,14 +32,22 @@ struct TwoSubmaps {
   [[nodiscard]] LogOdds at(const Submap& submap, const BlockCoord& coord) const {
     return submap.volume.at(store, coord * kBlockEdge);
   }
-  [[nodiscard]] std::optional<std::size_t> share(const Pose& T_a_b = Pose::Identity()) {
-    return share_places(a, b, T_a_b, config, pools);
+  [[nodiscard]] std::optional<std::size_t> share(const Pose& T_a_b = Pose::Identity(),
+                                                 SharingTrust trust = SharingTrust::kFull) {
+    return share_places(a, b, T_a_b, config, pools, trust);
   }
   VoxelConfig config;
   VoxelStore store;
   VoxelPools pools;
   Submap a, b;
 };
+
+/// A pose of b in a's frame, so many voxels along x.
+Pose aside(int num_vox) {
+  Pose T_a_b = Pose::Identity();
+  T_a_b.translation().x() = num_vox * VoxelConfig{}.voxel_size_m;
+  return T_a_b;
+}
 
 TEST_CASE(
     "a place that two submaps know goes to the one whose sensor came nearer, whose word stands") {
@@ -111,14 +121,62 @@ TEST_CASE("of a wall that the nearer submap sees two voxels aside, only the near
   TwoSubmaps s;
   s.add_wall(s.a, {5, 0, 0}, 1);
   s.add_wall(s.b, {5, 0, 0}, 1);
-  Pose T_a_b = Pose::Identity();
-  T_a_b.translation().x() = -2 * s.config.voxel_size_m;
+  const Pose T_a_b = aside(-2);
   const std::size_t blocks_of_b = s.b.volume.num_blocks();
   CHECK(s.share(T_a_b) == 1);
   CHECK(s.a.volume.num_blocks() == 0);
   CHECK(s.b.volume.num_blocks() == blocks_of_b);
   // Nothing of a's view was filled in behind b's wall.
   CHECK(s.b.volume.at(s.store, VoxelCoord(48, 0, 0)) == kUnknownLogOdds);
+}
+
+TEST_CASE("of two submaps that may yet move, the further one drops its copies and gives nothing") {
+  for (const SharingTrust trust : {SharingTrust::kUncertain, SharingTrust::kContradicted}) {
+    TwoSubmaps s;
+    s.add_wall(s.a, {5, 0, 0});
+    s.add_wall(s.b, {5, 0, 0});
+    // Of this block b knows half: to give a's would fill in the rest.
+    s.add_wall(s.a, {5, 2, 0});
+    s.add_wall(s.b, {5, 2, 0});
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = s.b.volume.make_place(s.pools, {5, 2, 0}, &chunk);
+    Block* block = s.b.volume.make_block(s.pools, *chunk, *place);
+    for (int i = 0; i < kBlockVoxels / 2; ++i) block->voxels[i] = kUnknownLogOdds;
+    const std::size_t blocks_of_b = s.b.volume.num_blocks();
+    CHECK(s.share(Pose::Identity(), trust) == 1);
+    CHECK(s.at(s.a, {5, 0, 0}) == kUnknownLogOdds);
+    CHECK(s.at(s.b, {5, 0, 0}) == 30);
+    CHECK(s.at(s.a, {5, 2, 0}) == 30);
+    CHECK(s.at(s.b, {5, 2, 0}) == kUnknownLogOdds);
+    CHECK(s.b.volume.num_blocks() == blocks_of_b);
+    CHECK(s.share(Pose::Identity(), trust) == 0);
+  }
+}
+
+TEST_CASE("a copy two voxels aside goes if the graph owns its doubt, and stays if it was sure") {
+  for (const auto& [trust, num_dropped] :
+       {std::pair{SharingTrust::kUncertain, 1u}, {SharingTrust::kContradicted, 0u}}) {
+    TwoSubmaps s;
+    s.add_wall(s.a, {5, 0, 0}, 1);
+    s.add_wall(s.b, {5, 0, 0}, 1);
+    CHECK(s.share(aside(-2), trust) == num_dropped);
+    CHECK(s.a.volume.num_blocks() == 1 - num_dropped);
+    CHECK(s.b.volume.num_blocks() == 1);
+  }
+}
+
+TEST_CASE("a floor that both show takes no wall along that only one of them has") {
+  TwoSubmaps s;
+  s.add_wall(s.a, {5, 0, 0}, 1);
+  s.add_wall(s.b, {5, 0, 0}, 1);
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = s.a.volume.make_place(s.pools, {5, 0, 0}, &chunk);
+  Block* block = s.a.volume.make_block(s.pools, *chunk, *place);
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    if ((i >> 3 & 7) >= 6) block->voxels[i] = 30;
+  }
+  CHECK(s.share(Pose::Identity(), SharingTrust::kUncertain) == 0);
+  CHECK(s.a.volume.num_blocks() == 1);
 }
 
 TEST_CASE("chunks in which nothing is known any more go back to the pool") {

@@ -1,12 +1,16 @@
 #include "mapping/fuse/same_surface.hpp"
 
+#include <utility>
+
 #include "mapping/overlap/voxel_overlap.hpp"
 
 namespace cloister {
 namespace {
 
-// How far apart along an axis two submaps may see one surface: what a fusion allows the graph not to know.
+// How far apart along an axis two submaps may see one surface: in a single block, what a fusion allows the graph not to
+// know; in most blocks of a place, less, for then its walls would stand twice.
 constexpr int kSameSurfaceVox = 3;
+constexpr int kSamePlaceVox = 2;
 // Of a block's occupied voxels one in so many is looked for, and half of those must be found.
 constexpr int kSurfaceStride = 5;
 constexpr std::int64_t kMinKnownDivisor = 2;
@@ -42,6 +46,21 @@ struct Found {
   }
 };
 
+/// Of a block's occupied voxels that are looked for in another volume, how many it has within two voxels.
+std::pair<int, int> find_surface(const VoxelStore& store, const BlockCoord& coord,
+                                 const BlockView& view, const Volume& into,
+                                 const Eigen::Isometry3f& T_into_from, float voxel_m) {
+  int num_occupied = 0, num_asked = 0, num_found = 0;
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    if (view.at(i) <= 0 || num_occupied++ % kSurfaceStride != 0) continue;
+    const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
+    ++num_asked;
+    num_found +=
+        steps_to_occupied(store, into, voxel_under(voxel, T_into_from, voxel_m)) <= kSamePlaceVox;
+  }
+  return {num_asked, num_found};
+}
+
 }  // namespace
 
 BlockAgreement compare_block(const VoxelStore& store, const BlockCoord& coord,
@@ -66,7 +85,7 @@ BlockAgreement compare_block(const VoxelStore& store, const BlockCoord& coord,
       theirs.count(steps_to_occupied(store, from, voxel));
     }
   }
-  return {.is_same_surface = 2 * ours.near >= ours.asked,
+  return {.share_same = ours.asked > 0 ? static_cast<double>(ours.near) / ours.asked : 1,
           .is_aligned = 2 * ours.adjacent >= ours.asked && 2 * theirs.adjacent >= theirs.asked,
           .share_known = num_known > 0 ? static_cast<double>(num_both) / num_known : 1};
 }
@@ -78,34 +97,21 @@ bool knows_block(const VoxelStore& store, const BlockView& view, const Volume& i
   return !held.is_unknown() && kMinKnownDivisor * count_known(held) >= count_known(view);
 }
 
-bool shows_same_surface(const VoxelStore& store, const BlockCoord& coord, const BlockView& view,
-                        const Volume& into, const Eigen::Isometry3f& T_into_from, float voxel_m) {
-  if (view.block == nullptr && view.coarse <= 0) return true;
-  int num_occupied = 0, num_asked = 0, num_found = 0;
-  for (int i = 0; i < kBlockVoxels; ++i) {
-    if (view.at(i) <= 0 || num_occupied++ % kSurfaceStride != 0) continue;
-    const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
-    ++num_asked;
-    num_found +=
-        steps_to_occupied(store, into, voxel_under(voxel, T_into_from, voxel_m)) <= kSameSurfaceVox;
-  }
-  return 2 * num_found >= num_asked;
-}
-
-double same_surface_share(const VoxelStore& store, const Volume& a, const Volume& b,
-                          const Pose& T_b_a, double voxel_size_m) {
+SurfaceAgreement compare_surfaces(const VoxelStore& store, const Volume& a, const Volume& b,
+                                  const Pose& T_b_a, double voxel_size_m) {
   const Eigen::Isometry3f T = T_b_a.cast<float>();
   const auto voxel_m = static_cast<float>(voxel_size_m);
-  int num_both = 0, num_same = 0;
+  SurfaceAgreement agreement;
   a.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
     if (view.block == nullptr) return;
     const Eigen::Vector3f middle_b =
         T * Eigen::Vector3f((coord.cast<float>().array() + 0.5f).matrix() * kBlockEdge * voxel_m);
     if (!knows_block(store, view, b, middle_b, kBlockEdge * voxel_m)) return;
-    ++num_both;
-    num_same += shows_same_surface(store, coord, view, b, T, voxel_m);
+    const auto [num_asked, num_found] = find_surface(store, coord, view, b, T, voxel_m);
+    agreement.num_both += num_asked > 0;
+    agreement.num_same += num_asked > 0 && 2 * num_found >= num_asked;
   });
-  return num_both > 0 ? static_cast<double>(num_same) / num_both : 1;
+  return agreement;
 }
 
 }  // namespace cloister

@@ -16,9 +16,9 @@ namespace cloister {
 
 /// What two volumes say about the place of one block.
 struct BlockAgreement {
-  bool is_same_surface = false;  ///< each shows the other's surface within three voxels
-  bool is_aligned = false;       ///< each shows the other's surface within one voxel
-  double share_known = 0;  ///< of what the block's volume knows, how much `into` knows as well
+  double share_same = 1;    ///< of the block's surface, how much `into` shows within three voxels
+  bool is_aligned = false;  ///< each shows the other's surface within one voxel
+  double share_known = 0;   ///< of what the block's volume knows, how much `into` knows as well
 };
 
 /// Compares a block with what another volume knows there, from a fifth of its voxels. Surfaces are asked for both ways: a
@@ -30,16 +30,21 @@ struct BlockAgreement {
                                            const Volume& into, const Eigen::Isometry3f& T_into_from,
                                            float voxel_m);
 
-/// True when `into` has something occupied within reach of most of what a block holds occupied, or when that is nothing.
-/// @param coord, view   the block, of another volume
-/// @param T_into_from   pose of that volume's frame in into's
-[[nodiscard]] bool shows_same_surface(const VoxelStore& store, const BlockCoord& coord,
-                                      const BlockView& view, const Volume& into,
-                                      const Eigen::Isometry3f& T_into_from, float voxel_m);
+/// What two volumes say about the surfaces of the place that both know.
+struct SurfaceAgreement {
+  int num_both = 0;  ///< blocks with surfaces of the one that the other knows about
+  int num_same = 0;  ///< of these, the blocks whose surface the other shows within two voxels
 
-/// Share of a's blocks with surfaces, among those that b knows about, whose surface b shows as well; 1 when there are
-/// none. No allocation; O(occupied voxels of a). @param T_b_a  pose of a's frame in b's
-[[nodiscard]] double same_surface_share(const VoxelStore& store, const Volume& a, const Volume& b,
-                                        const Pose& T_b_a, double voxel_size_m);
+  /// Share of the blocks that show one surface; 1 when nothing is known to both.
+  [[nodiscard]] double share_same() const {
+    return num_both > 0 ? static_cast<double>(num_same) / num_both : 1;
+  }
+};
+
+/// Compares a's surfaces with b's, from a fifth of its occupied voxels. No allocation; O(occupied voxels of a).
+/// @param T_b_a  pose of a's frame in b's
+[[nodiscard]] SurfaceAgreement compare_surfaces(const VoxelStore& store, const Volume& a,
+                                                const Volume& b, const Pose& T_b_a,
+                                                double voxel_size_m);
 
 }  // namespace cloister

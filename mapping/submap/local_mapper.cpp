@@ -1,7 +1,6 @@
 #include "mapping/submap/local_mapper.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -12,21 +11,6 @@ namespace {
 constexpr double kCorrectionLeverM = 5.0;
 // Nothing real is as far from the origin: where an optimiser has diverged, coordinates are no places any more.
 constexpr double kMaxDistanceM = 1e9;
-
-/// Median range of a scan's returns, metres, from a few hundred of them spread over it; 0 for a scan without returns.
-double median_range_m(const ScanBeams& beams, const Eigen::Vector3f& origin_S) {
-  constexpr std::size_t kSamples = 512;
-  std::array<float, kSamples> ranges_m;
-  const std::size_t step = std::max<std::size_t>(1, beams.num_returns() / kSamples);
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < beams.num_returns() && count < kSamples; i += step) {
-    ranges_m[count++] = (beams.return_S(i) - origin_S).norm();
-  }
-  if (count == 0) return 0;
-  const auto middle = ranges_m.begin() + static_cast<std::ptrdiff_t>(count / 2);
-  std::nth_element(ranges_m.begin(), middle, ranges_m.begin() + static_cast<std::ptrdiff_t>(count));
-  return *middle;
-}
 
 /// How far a rigid change moves what the sensor sees around it, metres.
 double displacement_m(const Pose& T_before_after) {
@@ -184,7 +168,6 @@ void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
       integrator_.integrate(beams_, T_S_L_now.translation().cast<float>(), pools_, active_->volume);
   const Eigen::Vector3f origin_S = T_S_L_now.translation().cast<float>();
   active_->path.add(origin_S);
-  if (outcome.num_returns > 0) active_->reach.add({median_range_m(beams_, origin_S), 1});
   outcome.voxels_declined = result.voxels_declined;
   last_ = {true, scan.node, T_S_L_now, T_R_L_, scan.T_O_L};
 }

@@ -21,7 +21,6 @@ void Submap::reset() {
   spawned = {};
   T_root_S = T_M_S = Pose::Identity();
   path.clear();
-  reach = {};
   merged_from.clear();
   nodes.clear();
   scan_stamps.clear();

@@ -17,18 +17,6 @@ namespace cloister {
 using SubmapId = std::int32_t;
 inline constexpr SubmapId kNoSubmap = -1;
 
-/// How wide a place is, as its scans saw it: the mean of their median ranges, metres.
-struct Reach {
-  double mean_m = 0;
-  std::int64_t num_scans = 0;
-
-  void add(const Reach& other) {
-    if (other.num_scans == 0) return;
-    num_scans += other.num_scans;
-    mean_m += (other.mean_m - mean_m) * static_cast<double>(other.num_scans) / static_cast<double>(num_scans);
-  }
-};
-
 /// A rigid occupancy volume, anchored to a node of the pose graph.
 ///
 /// Its frame S is parallel to M's axes, with its origin on M's grid of blocks, at the time it was spawned; afterwards
@@ -45,7 +33,6 @@ struct Submap {
   NodeId first_node = kNoNode;   ///< lowest and highest node whose scans it holds
   NodeId last_node = kNoNode;
   SubmapPath path;               ///< where the sensor was
-  Reach reach;                   ///< how far its scans saw
   Volume volume;
 
   std::vector<SubmapId> merged_from;  ///< ids that were fused into this one, ascending, without its own
