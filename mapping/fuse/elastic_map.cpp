@@ -288,30 +288,31 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
   if (is_same && (sharing.refused_by_revision == 0 || sharing.refused_by_revision == revision))
     return 0;
   const Pose T_b_a = b.submap->T_M_S.inverse() * a.submap->T_M_S;
+  // Full trust stands for a pair that has not been asked as it is now.
   const bool is_known = is_same && has_stayed(sharing.T_b_a, T_b_a, a.bounds_S);
-  const Pose T_b_a_asked = is_known ? sharing.T_b_a : T_b_a;
-  sharing = {a.num_sources, b.num_sources, T_b_a_asked, 0};
+  const SharingTrust before = is_known ? sharing.trust : SharingTrust::kFull;
+  sharing = {a.num_sources, b.num_sources, is_known ? sharing.T_b_a : T_b_a, before, 0};
   if (a.bounds_S.isEmpty() || b.bounds_S.isEmpty()) return 0;
   if (boxes_disjoint(oriented_box(a.bounds_S, a.submap->T_M_S),
                      oriented_box(b.bounds_S, b.submap->T_M_S)))
     return 0;
   const std::pair ids{a.submap->id, b.submap->id};
-  const bool is_certain =
-      judge({ids.first, ids.second, joined_by_loop(ids.first, ids.second), {}}).is_accepted;
-  const SharingTrust trust =
-      !is_certain ? SharingTrust::kUncertain
-      : compare_surfaces(*a.submap, *b.submap).share_same() >= kMinSameSurface
-          ? SharingTrust::kFull
-          : SharingTrust::kContradicted;
-  if (trust != SharingTrust::kFull) {
+  if (!judge({ids.first, ids.second, joined_by_loop(ids.first, ids.second), {}}).is_accepted) {
+    sharing.trust = SharingTrust::kUncertain;
+  } else if (before != SharingTrust::kContradicted) {
+    sharing.trust = compare_surfaces(*a.submap, *b.submap).share_same() >= kMinSameSurface
+                        ? SharingTrust::kFull
+                        : SharingTrust::kContradicted;
+  }
+  if (sharing.trust != SharingTrust::kFull) {
     sharing.refused_by_revision = revision;
     const auto comparison = comparisons_.find(ids);
     const bool may_fuse_later =
         comparison != comparisons_.end() && is_one_place(comparison->second);
-    if (is_known || may_fuse_later) return 0;
+    if (sharing.trust == before || may_fuse_later) return 0;
   }
-  const auto moved =
-      cloister::share_places(*a.submap, *b.submap, T_b_a.inverse(), config_.voxel, pools_, trust);
+  const auto moved = cloister::share_places(*a.submap, *b.submap, T_b_a.inverse(), config_.voxel,
+                                            pools_, sharing.trust);
   if (!moved || *moved == 0) return 0;
   refresh(a);
   refresh(b);

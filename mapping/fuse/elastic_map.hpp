@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "mapping/core/config.hpp"
+#include "mapping/fuse/place_sharing.hpp"
 #include "mapping/fuse/same_surface.hpp"
 #include "mapping/graph/graph_revision.hpp"
 #include "mapping/graph/relative_uncertainty.hpp"
@@ -116,11 +117,12 @@ class ElasticMap {
     bool is_judged = false;
   };
   using Pair = std::pair<SubmapId, SubmapId>;
-  /// When a pair was last asked to share: not again before new scans have come to one or, if the graph refused, the
-  /// graph has changed. What sharing itself changes does not count: blocks of two grids could change hands for ever.
+  /// When a pair was last asked to share: not again before new scans have come to one or, if it was
+  /// refused, the graph has changed. What sharing itself changes does not count: blocks of two grids could change hands for ever.
   struct Sharing {
     std::uint32_t sources_a = 0, sources_b = 0;
     Pose T_b_a = Pose::Identity();
+    SharingTrust trust = SharingTrust::kFull;
     std::uint64_t refused_by_revision = 0;
   };
 

@@ -318,5 +318,29 @@ TEST_CASE("across a wrong loop closure that admits its doubt nothing is fused or
   CHECK(f.settle() == 1);
 }
 
+TEST_CASE(
+    "neighbours of which the graph is in doubt drop their copies, once, and fill nothing in") {
+  RowOfRooms f;
+  GraphRevision graph = with_loop(row_of_nodes(10), 0, 9, 1);
+  graph.revision = 1;
+  f.map.set_graph(&graph);
+  Submap* first = f.seen_from(0, 0, 0);
+  Submap* second = f.seen_from(1, 9, 1);
+  const std::size_t num_blocks = first->volume.num_blocks() + second->volume.num_blocks();
+  f.map.add(first);
+  f.map.add(second);
+  CHECK(f.settle() == 0);
+  // Both know two rooms of the four.
+  const std::size_t num_copies = 2 * RowOfRooms::kRoomBlocks * 16;
+  CHECK(f.map.share_places() == num_copies);
+  CHECK(first->volume.num_blocks() + second->volume.num_blocks() == num_blocks - num_copies);
+  CHECK(f.map.share_places() == 0);
+  GraphRevision next = with_loop(row_of_nodes(10), 0, 9, 1);
+  next.revision = 2;
+  f.map.set_graph(&next);
+  CHECK(f.map.share_places() == 0);
+  CHECK(f.map.submaps().size() == 2);
+}
+
 }  // namespace
 }  // namespace cloister
