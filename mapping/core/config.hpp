@@ -32,11 +32,15 @@ struct VoxelConfig {
 /// of tiny submaps there is one rule: a scan is held against a submap's cloud only once that cloud holds
 /// four scans. Scans join it `cloud_lag_m` late and an eighth of that apart, so no overlap ends a submap within five
 /// fourths of `cloud_lag_m`, 2.5 m. The way counts, not the time: who stands still or turns on the spot waits for ever.
+///
+/// In a gateway, on stairs or among people even then no scan may be at home in a new submap, nor in the one after it. The
+/// second goes on: the next scans are held against a new cloud, until one is at home there or it is `max_threshold_m` long.
 struct SpawnConfig {
   double min_overlap = 0.65;     ///< R_point at or below which a scan starts a new submap
   int min_scans = 2;             ///< so many scans in a row, at least; clouds that stand alone need no second
   double filter_m = 0.25;        ///< r_filter: edge of the voxel filter of scan and submap cloud
   double cloud_lag_m = 2.0;      ///< a scan joins its submap's cloud once the sensor has moved this far from it
+  double max_threshold_m = 10.0; ///< how far a submap goes on in which, as in the one before, no scan is at home
   double min_covisibility = 0.5; ///< share of a submap's scans that must see a place for it to count as part of it
   double max_correction_m = 0.065;  ///< a graph correction that shifts the present place further starts a new submap
   double baseline_distance_m = 10.0;  ///< distance travelled per submap in baseline mode

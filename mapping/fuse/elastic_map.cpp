@@ -14,9 +14,9 @@ namespace {
 
 /// A comparison stands as long as the pair has moved less than half a voxel against each other anywhere in reach.
 constexpr double kMaxMoveVox = 0.5;
-/// Of two submaps of one place, the least share of surfaces that both show. Where the graph is right they show nearly all
-/// of them alike; 0.3 to 1 m apart floors and ceilings still agree.
-constexpr double kMinSameSurface = 0.82;
+/// Of two submaps of one place, the least share of surfaces that both show. Where the graph is right to 0.2 m nine rooms in
+/// ten show 0.93 of them alike, and outdoors seven pairs in ten more than this; 0.36 m apart, nine rooms in ten show less.
+constexpr double kMinSameSurface = 0.84;
 
 double largest_move_m(const Pose& T_before, const Pose& T_now, const Eigen::AlignedBox3d& bounds) {
   double move_m = 0;
@@ -248,19 +248,15 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
   return judgement;
 }
 
-SurfaceAgreement ElasticMap::compare_surfaces(const Submap& a, const Submap& b) const {
-  // Of the smaller one: the other may know walls that it never looked at.
-  const bool is_a_smaller = a.volume.num_blocks() <= b.volume.num_blocks();
-  const Submap& from = is_a_smaller ? a : b;
-  const Submap& into = is_a_smaller ? b : a;
-  return cloister::compare_surfaces(store_, from.volume, into.volume,
-                                    into.T_M_S.inverse() * from.T_M_S, config_.voxel.voxel_size_m);
+bool ElasticMap::see_same_surfaces(const Submap& a, const Submap& b) const {
+  const Pose T_b_a = b.T_M_S.inverse() * a.T_M_S;
+  return compare_surfaces(store_, a.volume, b.volume, T_b_a, config_.voxel.voxel_size_m)
+             .share_same() >= kMinSameSurface;
 }
 
 bool ElasticMap::see_same_surfaces(const FusionCandidate& candidate) const {
   return config_.baseline ||
-         compare_surfaces(*entries_.at(candidate.a).submap, *entries_.at(candidate.b).submap)
-                 .share_same() >= kMinSameSurface;
+         see_same_surfaces(*entries_.at(candidate.a).submap, *entries_.at(candidate.b).submap);
 }
 
 bool ElasticMap::have_shared(SubmapId a, SubmapId b) const {
@@ -300,9 +296,8 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
   if (!judge({ids.first, ids.second, joined_by_loop(ids.first, ids.second), {}}).is_accepted) {
     sharing.trust = SharingTrust::kUncertain;
   } else if (before != SharingTrust::kContradicted) {
-    sharing.trust = compare_surfaces(*a.submap, *b.submap).share_same() >= kMinSameSurface
-                        ? SharingTrust::kFull
-                        : SharingTrust::kContradicted;
+    sharing.trust = see_same_surfaces(*a.submap, *b.submap) ? SharingTrust::kFull
+                                                            : SharingTrust::kContradicted;
   }
   if (sharing.trust != SharingTrust::kFull) {
     sharing.refused_by_revision = revision;

@@ -136,7 +136,7 @@ class ElasticMap {
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
   [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
-  [[nodiscard]] SurfaceAgreement compare_surfaces(const Submap& a, const Submap& b) const;
+  [[nodiscard]] bool see_same_surfaces(const Submap& a, const Submap& b) const;
   void note_nodes(const Submap& submap);
   void note_loops(const GraphRevision& revision);
   void refresh(Entry& entry);

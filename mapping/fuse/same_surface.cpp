@@ -1,6 +1,7 @@
 #include "mapping/fuse/same_surface.hpp"
 
-#include <utility>
+#include <cstddef>
+#include <optional>
 
 #include "mapping/overlap/voxel_overlap.hpp"
 
@@ -14,6 +15,8 @@ constexpr int kSamePlaceVox = 2;
 // Of a block's occupied voxels one in so many is looked for, and half of those must be found.
 constexpr int kSurfaceStride = 5;
 constexpr std::int64_t kMinKnownDivisor = 2;
+// Of a large volume so many blocks tell.
+constexpr std::size_t kMaxBlocksAsked = 10'000;
 
 /// The voxel of another volume in which the middle of one lies.
 VoxelCoord voxel_under(const VoxelCoord& voxel, const Eigen::Isometry3f& T_into_from,
@@ -46,19 +49,42 @@ struct Found {
   }
 };
 
-/// Of a block's occupied voxels that are looked for in another volume, how many it has within two voxels.
-std::pair<int, int> find_surface(const VoxelStore& store, const BlockCoord& coord,
-                                 const BlockView& view, const Volume& into,
-                                 const Eigen::Isometry3f& T_into_from, float voxel_m) {
+/// Does another volume show a block's surface within two voxels? Only voxels of which it knows something are asked:
+/// far away surfaces are rows of returns with nothing known between them, and those of two views need not meet.
+/// @return nothing when no such voxel is there
+std::optional<bool> shows_surface(const VoxelStore& store, const BlockCoord& coord,
+                                  const BlockView& view, const Volume& into,
+                                  const Eigen::Isometry3f& T_into_from, float voxel_m) {
   int num_occupied = 0, num_asked = 0, num_found = 0;
   for (int i = 0; i < kBlockVoxels; ++i) {
     if (view.at(i) <= 0 || num_occupied++ % kSurfaceStride != 0) continue;
-    const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
-    ++num_asked;
-    num_found +=
-        steps_to_occupied(store, into, voxel_under(voxel, T_into_from, voxel_m)) <= kSamePlaceVox;
+    const VoxelCoord voxel_into = voxel_under(
+        coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6), T_into_from, voxel_m);
+    const bool is_found = steps_to_occupied(store, into, voxel_into) <= kSamePlaceVox;
+    num_found += is_found;
+    num_asked += is_found || into.at(store, voxel_into) != kUnknownLogOdds;
   }
-  return {num_asked, num_found};
+  if (num_asked == 0) return std::nullopt;
+  return 2 * num_found >= num_asked;
+}
+
+/// Looks for a's surfaces in b.
+SurfaceAgreement find_surfaces(const VoxelStore& store, const Volume& a, const Volume& b,
+                               const Eigen::Isometry3f& T_b_a, float voxel_m) {
+  SurfaceAgreement agreement;
+  const std::size_t stride = a.num_blocks() / kMaxBlocksAsked + 1;
+  std::size_t num_blocks = 0;
+  a.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
+    if (view.block == nullptr || num_blocks++ % stride != 0) return;
+    const Eigen::Vector3f middle_b =
+        T_b_a *
+        Eigen::Vector3f((coord.cast<float>().array() + 0.5f).matrix() * kBlockEdge * voxel_m);
+    if (!knows_block(store, view, b, middle_b, kBlockEdge * voxel_m)) return;
+    const std::optional<bool> is_same = shows_surface(store, coord, view, b, T_b_a, voxel_m);
+    agreement.num_both += is_same.has_value();
+    agreement.num_same += is_same.value_or(false);
+  });
+  return agreement;
 }
 
 }  // namespace
@@ -99,19 +125,10 @@ bool knows_block(const VoxelStore& store, const BlockView& view, const Volume& i
 
 SurfaceAgreement compare_surfaces(const VoxelStore& store, const Volume& a, const Volume& b,
                                   const Pose& T_b_a, double voxel_size_m) {
-  const Eigen::Isometry3f T = T_b_a.cast<float>();
   const auto voxel_m = static_cast<float>(voxel_size_m);
-  SurfaceAgreement agreement;
-  a.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
-    if (view.block == nullptr) return;
-    const Eigen::Vector3f middle_b =
-        T * Eigen::Vector3f((coord.cast<float>().array() + 0.5f).matrix() * kBlockEdge * voxel_m);
-    if (!knows_block(store, view, b, middle_b, kBlockEdge * voxel_m)) return;
-    const auto [num_asked, num_found] = find_surface(store, coord, view, b, T, voxel_m);
-    agreement.num_both += num_asked > 0;
-    agreement.num_same += num_asked > 0 && 2 * num_found >= num_asked;
-  });
-  return agreement;
+  const SurfaceAgreement of_a = find_surfaces(store, a, b, T_b_a.cast<float>(), voxel_m);
+  const SurfaceAgreement of_b = find_surfaces(store, b, a, T_b_a.inverse().cast<float>(), voxel_m);
+  return {of_a.num_both + of_b.num_both, of_a.num_same + of_b.num_same};
 }
 
 }  // namespace cloister

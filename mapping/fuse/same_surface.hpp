@@ -32,7 +32,7 @@ struct BlockAgreement {
 
 /// What two volumes say about the surfaces of the place that both know.
 struct SurfaceAgreement {
-  int num_both = 0;  ///< blocks with surfaces of the one that the other knows about
+  int num_both = 0;  ///< blocks with surfaces of either where the other knows what is there
   int num_same = 0;  ///< of these, the blocks whose surface the other shows within two voxels
 
   /// Share of the blocks that show one surface; 1 when nothing is known to both.
@@ -41,7 +41,8 @@ struct SurfaceAgreement {
   }
 };
 
-/// Compares a's surfaces with b's, from a fifth of its occupied voxels. No allocation; O(occupied voxels of a).
+/// Looks for the surfaces of each in the other, from a fifth of the occupied voxels of some 10,000 blocks. A surface that
+/// lies where the other has seen nothing says nothing. No allocation.
 /// @param T_b_a  pose of a's frame in b's
 [[nodiscard]] SurfaceAgreement compare_surfaces(const VoxelStore& store, const Volume& a,
                                                 const Volume& b, const Pose& T_b_a,

@@ -51,6 +51,31 @@ TEST_CASE("a metre aside floors and ceilings agree, and walls do not") {
   CHECK(share < 0.82);
 }
 
+TEST_CASE("rows of returns with nothing known between them do not contradict those of another view") {
+  VoxelStore store(1000, 16);
+  VoxelPools pools(store);
+  pools.take_all();
+  Volume near_rows, far_rows, free_below;
+  const auto set = [&](Volume& volume, const VoxelCoord& v, LogOdds value) {
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = volume.make_place(pools, parent_coord(v), &chunk);
+    volume.make_block(pools, *chunk, *place)->voxels[index_in_block(v)] = value;
+  };
+  for (int y = 0; y < 40; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      if (x % 8 == 0) set(near_rows, {x, y, 3}, 30);
+      if (x % 8 == 4) set(far_rows, {x, y, 3}, 30);
+      set(free_below, {x, y, 3}, -30);
+    }
+  }
+  const auto share = [&](const Volume& a, const Volume& b) {
+    return compare_surfaces(store, a, b, Pose::Identity(), kVoxelM).share_same();
+  };
+  CHECK(share(near_rows, far_rows) == 1);
+  CHECK(share(near_rows, near_rows) == 1);
+  CHECK(share(near_rows, free_below) == 0);
+}
+
 TEST_CASE("volumes that know nothing in common show nothing apart") {
   CHECK(share_when_moved({100, 0, 0}) == 1);
 }

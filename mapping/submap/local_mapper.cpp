@@ -54,6 +54,7 @@ Submap* LocalMapper::adopt(Submap* fused, const Pose& T_S_closed) {
   last_.is_valid = false;
   travel_m_ = 0;
   strange_scans_ = 0;
+  is_threshold_ = false;
   return meanwhile;
 }
 
@@ -117,8 +118,13 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   const bool is_known_well = is_lone_cloud || cloud_.is_established();
   const bool is_strange = is_known_well && outcome.overlap_ratio <= config_.spawn.min_overlap;
   strange_scans_ = is_strange ? strange_scans_ + 1 : 0;
+  is_threshold_ &= !is_known_well || is_strange;
   if (is_strange && (is_lone_cloud || strange_scans_ >= config_.spawn.min_scans)) {
-    return spawn(scan, SpawnReason::kOverlap, outcome);
+    const bool goes_on =
+        is_threshold_ && follows_threshold_ && travel_m_ <= config_.spawn.max_threshold_m;
+    if (is_lone_cloud || !goes_on) return spawn(scan, SpawnReason::kOverlap, outcome);
+    begin_cloud();
+    return true;
   }
   if (is_lone_cloud) {
     cloud_.add_now();
@@ -148,15 +154,22 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   active_->T_M_S.translation() = (T_M_L_.translation() / grid_m).array().round().matrix() * grid_m;
   active_->T_root_S = T_M_R_.inverse() * active_->T_M_S;
 
-  travel_m_ = cloud_travel_m_ = 0;
-  strange_scans_ = 0;
+  travel_m_ = 0;
+  follows_threshold_ = reason == SpawnReason::kOverlap && is_threshold_;
+  is_threshold_ = true;
   T_S_C_ = Pose::Identity();
   outcome.returns_declined = beams_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
   if (!config_.baseline) {
     filter_cloud();
-    cloud_.restart();
+    begin_cloud();
   }
   return true;
+}
+
+void LocalMapper::begin_cloud() {
+  cloud_.restart();
+  cloud_travel_m_ = 0;
+  strange_scans_ = 0;
 }
 
 void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {

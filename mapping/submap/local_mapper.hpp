@@ -83,6 +83,8 @@ class LocalMapper {
   [[nodiscard]] bool spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outcome);
   [[nodiscard]] Pose T_S_L() const { return active_->T_M_S.inverse() * T_M_L_; }
   void filter_cloud();
+  /// With the filtered scan.
+  void begin_cloud();
 
   Config config_;
   VoxelPools pools_;
@@ -96,6 +98,8 @@ class LocalMapper {
   SpawnReason next_reason_ = SpawnReason::kFirst;
   double travel_m_ = 0;                   ///< since the active submap was spawned or adopted
   int strange_scans_ = 0;                 ///< the newest ones in a row whose overlap was too little
+  bool is_threshold_ = true;              ///< no scan has been at home in the active submap's cloud yet
+  bool follows_threshold_ = false;        ///< nor had any been in that of the submap before
   double cloud_travel_m_ = 0;             ///< since the cloud was begun: it goes on in an adopted submap
   Pose T_S_C_ = Pose::Identity();         ///< frame of the cloud in the active submap's
   LastScan last_;

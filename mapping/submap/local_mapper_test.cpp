@@ -187,6 +187,29 @@ TEST_CASE("scans count as strange in a row only within one submap") {
   CHECK(f.turn(elsewhere, {1.4, 0, 1}).spawned == SpawnReason::kOverlap);
 }
 
+/// Submaps of a walk through rooms of which none is like the one before, a scan and a tenth of a metre each.
+std::vector<int> scans_by_submap(double max_threshold_m, int num_scans) {
+  Config config;
+  config.spawn.cloud_lag_m = 0.4;
+  config.spawn.max_threshold_m = max_threshold_m;
+  Fixture f(config);
+  std::vector<int> num(8);
+  for (int i = 0; i < num_scans; ++i) {
+    const double away = 1 + 0.7 * i, x = 0.1 * i;
+    ++num[f.turn(room(x - away, -away, x + away, away), {x, 0, 1}).submap];
+  }
+  return num;
+}
+
+TEST_CASE("where no scan is at home, the second submap goes on as far as it may") {
+  const std::vector<int> chain = scans_by_submap(0, 40);
+  REQUIRE(chain[3] > 0);
+  const std::vector<int> passed = scans_by_submap(2, 40);
+  CHECK(passed[0] == chain[0]);
+  CHECK(passed[1] >= 20);
+  CHECK(passed[1] <= 20 + chain[1]);
+}
+
 TEST_CASE("scans without a pose or of an unknown node are refused") {
   Fixture f;
   CHECK(f.scan(room(-3, -3, 3, 3), {0, 0, 1}, 7).refusal == ScanRefusal::kUnknownNode);
