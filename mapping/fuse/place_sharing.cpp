@@ -15,6 +15,8 @@ constexpr double kMinKnownToDrop = 0.6;
 // they show whatever lies between them, must not take a wall along.
 constexpr double kMinSameToShare = 0.5;
 constexpr double kMinSameToDrop = 0.8;
+// Where the other knows so many times as much of a block's place, its word stands, whatever the block says.
+constexpr double kMinRatioToDrop = 1.5;
 
 /// Blocks of `from` for which `into` is the better home.
 struct Leaving {
@@ -30,16 +32,21 @@ Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& 
   from.volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
     const Eigen::Vector3f middle_from = (coord.cast<float>().array() + 0.5f).matrix() * block_m;
     const Eigen::Vector3f middle_into = T * middle_from;
-    if (!knows_block(store, view, into.volume, middle_into, block_m)) return;
+    const double ratio = known_ratio(store, view, into.volume, middle_into, block_m);
+    if (ratio < kMinKnownRatio) return;
     if (into.path.squared_distance(middle_into) >= from.path.squared_distance(middle_from)) return;
+    if (trust != SharingTrust::kFull && ratio >= kMinRatioToDrop) {
+      leaving.dropped.push_back(coord);
+      return;
+    }
     const BlockAgreement agreement =
         compare_block(store, coord, view, from.volume, into.volume, T, block_m / kBlockEdge);
-    if (agreement.share_same < (trust == SharingTrust::kFull ? kMinSameToShare : kMinSameToDrop))
-      return;
     const bool is_copy = agreement.share_known >= kMinKnownToDrop;
     if (trust == SharingTrust::kFull) {
+      if (agreement.share_same < kMinSameToShare) return;
       (is_copy && !agreement.is_aligned ? leaving.dropped : leaving.given).push_back(coord);
-    } else if (is_copy && (trust == SharingTrust::kUncertain || agreement.is_aligned)) {
+    } else if (agreement.share_same >= kMinSameToDrop && is_copy &&
+               (trust == SharingTrust::kUncertain || agreement.is_aligned)) {
       leaving.dropped.push_back(coord);
     }
   });

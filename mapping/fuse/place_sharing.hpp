@@ -30,6 +30,9 @@ enum class SharingTrust {
 /// dropped where the nearer one knows most of the block and shows its surface. What that one holds there is its own, and
 /// moves with it.
 ///
+/// A glimpse of what the nearer one has looked at closely goes without trust of any kind: far away, a block holds a few
+/// returns, and where the nearer one knows half as much again of the place, little is lost if it stands elsewhere.
+///
 /// Since nearness decides, and not which of the two asks, a second call finds nothing more to give unless one of the
 /// submaps has changed.
 /// @param T_a_b  pose of b's frame in a's: how far it can be trusted is for the caller to ask

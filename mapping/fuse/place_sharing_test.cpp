@@ -165,6 +165,23 @@ TEST_CASE("a copy two voxels aside goes if the graph owns its doubt, and stays i
   }
 }
 
+TEST_CASE("a glimpse goes without trust where the nearer one knows half as much again, whatever it shows") {
+  for (const SharingTrust trust : {SharingTrust::kUncertain, SharingTrust::kContradicted}) {
+    for (const int rows : {5, 7}) {
+      CAPTURE(rows);
+      TwoSubmaps s;
+      s.add_free(s.b, {5, 0, 0});
+      Chunk* chunk = nullptr;
+      std::uint32_t* place = s.a.volume.make_place(s.pools, {5, 0, 0}, &chunk);
+      Block* block = s.a.volume.make_block(s.pools, *chunk, *place);
+      for (int i = 0; i < rows * kBlockVoxels / kBlockEdge; ++i) block->voxels[i] = 30;
+      CHECK(s.share(Pose::Identity(), trust) == (rows == 5 ? 1u : 0u));
+      CHECK(s.b.volume.num_blocks() == 0);
+      CHECK(s.at(s.b, {5, 0, 0}) == -20);
+    }
+  }
+}
+
 TEST_CASE("a floor that both show takes no wall along that only one of them has") {
   TwoSubmaps s;
   s.add_wall(s.a, {5, 0, 0}, 1);

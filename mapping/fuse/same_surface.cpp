@@ -14,7 +14,6 @@ constexpr int kSameSurfaceVox = 3;
 constexpr int kSamePlaceVox = 2;
 // Of a block's occupied voxels one in so many is looked for, and half of those must be found.
 constexpr int kSurfaceStride = 5;
-constexpr std::int64_t kMinKnownDivisor = 2;
 // Of a large volume so many blocks tell.
 constexpr std::size_t kMaxBlocksAsked = 10'000;
 
@@ -79,7 +78,7 @@ SurfaceAgreement find_surfaces(const VoxelStore& store, const Volume& a, const V
     const Eigen::Vector3f middle_b =
         T_b_a *
         Eigen::Vector3f((coord.cast<float>().array() + 0.5f).matrix() * kBlockEdge * voxel_m);
-    if (!knows_block(store, view, b, middle_b, kBlockEdge * voxel_m)) return;
+    if (known_ratio(store, view, b, middle_b, kBlockEdge * voxel_m) < kMinKnownRatio) return;
     const std::optional<bool> is_same = shows_surface(store, coord, view, b, T_b_a, voxel_m);
     agreement.num_both += is_same.has_value();
     agreement.num_same += is_same.value_or(false);
@@ -116,11 +115,11 @@ BlockAgreement compare_block(const VoxelStore& store, const BlockCoord& coord,
           .share_known = num_known > 0 ? static_cast<double>(num_both) / num_known : 1};
 }
 
-bool knows_block(const VoxelStore& store, const BlockView& view, const Volume& into,
-                 const Eigen::Vector3f& middle_into, float block_m) {
+double known_ratio(const VoxelStore& store, const BlockView& view, const Volume& into,
+                   const Eigen::Vector3f& middle_into, float block_m) {
   const BlockView held =
       into.view(store, (middle_into / block_m).array().floor().matrix().cast<int>());
-  return !held.is_unknown() && kMinKnownDivisor * count_known(held) >= count_known(view);
+  return static_cast<double>(count_known(held)) / static_cast<double>(count_known(view));
 }
 
 SurfaceAgreement compare_surfaces(const VoxelStore& store, const Volume& a, const Volume& b,

@@ -9,10 +9,12 @@ namespace cloister {
 /// them does not lie where the graph says, however sure the graph is. Surfaces tell this apart from the error that a
 /// fusion is meant to bear: one that is met within three voxels, 0.2 m, is the same.
 
-/// True when a volume knows half as much of a place as another one's block does: a glimpse through its edge is no copy.
+/// How many voxels a volume knows in the place of another one's block, for each that the block knows.
 /// @param middle_into  of the block, metres in the volume's frame
-[[nodiscard]] bool knows_block(const VoxelStore& store, const BlockView& view, const Volume& into,
-                               const Eigen::Vector3f& middle_into, float block_m);
+[[nodiscard]] double known_ratio(const VoxelStore& store, const BlockView& view, const Volume& into,
+                                 const Eigen::Vector3f& middle_into, float block_m);
+/// The least ratio at which a volume says something about a block's place: below, it glimpses it.
+inline constexpr double kMinKnownRatio = 0.5;
 
 /// What two volumes say about the place of one block.
 struct BlockAgreement {
