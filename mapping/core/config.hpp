@@ -33,8 +33,9 @@ struct VoxelConfig {
 /// four scans. Scans join it `cloud_lag_m` late and an eighth of that apart, so no overlap ends a submap within five
 /// fourths of `cloud_lag_m`, 2.5 m. The way counts, not the time: who stands still or turns on the spot waits for ever.
 ///
-/// In a gateway, on stairs or among people even then no scan may be at home in a new submap, nor in the one after it. The
-/// second goes on: the next scans are held against a new cloud, until one is at home there or it is `max_threshold_m` long.
+/// Where a gateway opens into a wider place, even then no scan may be at home in a new submap, nor in the one after it. If
+/// the overlap has fallen far below the limit, the second goes on: the next scans are held against a new cloud, until one
+/// is at home there or the submap is `max_threshold_m` long.
 struct SpawnConfig {
   double min_overlap = 0.65;     ///< R_point at or below which a scan starts a new submap
   int min_scans = 2;             ///< so many scans in a row, at least; clouds that stand alone need no second

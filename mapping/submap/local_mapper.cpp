@@ -9,6 +9,8 @@ namespace {
 
 // A rotation is felt at a distance: this far from the sensor stands most of what a room's scan sees.
 constexpr double kCorrectionLeverM = 5.0;
+// What is left of the overlap where a gateway opens into a wider place. A door comes down to little less than the limit.
+constexpr double kThresholdShare = 0.85;
 // Nothing real is as far from the origin: where an optimiser has diverged, coordinates are no places any more.
 constexpr double kMaxDistanceM = 1e9;
 
@@ -120,8 +122,9 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   strange_scans_ = is_strange ? strange_scans_ + 1 : 0;
   is_threshold_ &= !is_known_well || is_strange;
   if (is_strange && (is_lone_cloud || strange_scans_ >= config_.spawn.min_scans)) {
-    const bool goes_on =
-        is_threshold_ && follows_threshold_ && travel_m_ <= config_.spawn.max_threshold_m;
+    const bool goes_on = is_threshold_ && follows_threshold_ &&
+                         outcome.overlap_ratio < kThresholdShare * config_.spawn.min_overlap &&
+                         travel_m_ <= config_.spawn.max_threshold_m;
     if (is_lone_cloud || !goes_on) return spawn(scan, SpawnReason::kOverlap, outcome);
     begin_cloud();
     return true;
