@@ -86,7 +86,12 @@ void FusionScheduler::handle(const SchedulerCommand& command) {
                               .count = static_cast<std::int64_t>(revision_->graph.nodes.size())});
   }
   const Pose T_M_closed = command.finished != nullptr ? command.finished->T_M_S : Pose::Identity();
-  settle(command.stamp);
+  // Who has just come back to a place knows little of it yet: too little to tell a place from one like it, and where the
+  // graph is wrong all of that would go.
+  const bool is_early = command.give_back && command.revision == nullptr;
+  fuse_all(command.stamp, is_early);
+  if (!is_early) share_places();
+  send_surplus();
   if (command.give_back) {
     Submap* fused = map_.lend(finished_id);
     MapReturn item;
@@ -96,16 +101,14 @@ void FusionScheduler::handle(const SchedulerCommand& command) {
   }
 }
 
-void FusionScheduler::settle(SensorTime stamp) {
+void FusionScheduler::fuse_all(SensorTime stamp, bool is_early) {
   while (true) {
     std::vector<PairCheck> checks = map_.plan_checks();
     if (!checks.empty()) compare(std::move(checks), stamp);
     const std::optional<FusionCandidate> candidate = map_.next_candidate();
     if (!candidate) break;
-    decide(*candidate, stamp);
+    decide(*candidate, stamp, is_early);
   }
-  share_places();
-  send_surplus();
 }
 
 void FusionScheduler::share_places() {
@@ -152,7 +155,8 @@ Judgement FusionScheduler::judge(const FusionCandidate& candidate) {
   return judgement;
 }
 
-void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp) {
+void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp,
+                             bool is_early) {
   ++(candidate.by_loop ? record_.proposed_by_loop : record_.proposed_by_overlap);
   const Judgement judgement = judge(candidate);
   const Submap& a = *map_.find(candidate.a);
@@ -165,7 +169,7 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
     record_.events.push_back(event);
     return;
   }
-  if (!map_.see_same_surfaces(candidate)) {
+  if (!map_.see_same_surfaces(candidate, is_early)) {
     ++record_.rejected_by_overlap;
     event.reason = "surfaces";
     record_.events.push_back(event);

@@ -56,11 +56,12 @@ class FusionScheduler {
  private:
   void run();
   void handle(const SchedulerCommand& command);
-  void settle(SensorTime stamp);
+  /// @param is_early  the finished submap has hardly begun: fuse only what is beyond doubt
+  void fuse_all(SensorTime stamp, bool is_early);
   void share_places();
   void compare(std::vector<PairCheck> checks, SensorTime stamp);
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
-  void decide(const FusionCandidate& candidate, SensorTime stamp);
+  void decide(const FusionCandidate& candidate, SensorTime stamp, bool is_early);
   void send_surplus();
   void push(const MapReturn& item);
 

@@ -41,7 +41,9 @@ void IntegrationThread::run() {
     const std::uint32_t seen = ports_.bell.count();
     const bool is_stopping = stop_.load(std::memory_order_acquire);
     IntegrationCommand command;
-    const bool has_command = ports_.commands.try_pop(command);
+    // What comes meanwhile belongs into the submap that is being fused, unless it would fill the queue.
+    const bool is_held = awaits_place_ && 2 * ports_.commands.depth() < ports_.commands.capacity();
+    const bool has_command = !is_held && ports_.commands.try_pop(command);
     // After the pop: what had come back when the command was queued is there before the command is done, always.
     take_returns();
     if (has_command) {
@@ -52,7 +54,8 @@ void IntegrationThread::run() {
       ports_.reader_bell.ring();
       continue;
     }
-    if (is_stopping) break;
+    if (is_held && !awaits_place_) continue;  // what was held has rung already
+    if (is_stopping && !is_held) break;
     ports_.bell.wait(seen);
   }
   hand_over(mapper_.close(SpawnReason::kFirst), now_, false, nullptr);
@@ -73,6 +76,7 @@ void IntegrationThread::take_returns() {
       ports_.finished.count.fetch_sub(1, std::memory_order_relaxed);
       hand_over(mapper_.adopt(item.fused, item.T_S_closed), now_, false, nullptr);
       is_active_away_.store(false, std::memory_order_release);  // pairs with is_active_away()
+      awaits_place_ = false;
       ports_.reader_bell.ring();
     }
   }
@@ -130,6 +134,10 @@ void IntegrationThread::handle(const ScanJob& job) {
   report.blocks_used = mapper_.pools().blocks.num_used();
   report.chunks_used = mapper_.pools().chunks.num_used();
   hand_over(report.outcome.finished, job.scan->stamp, false, nullptr);
+  if (report.outcome.is_known_place) {
+    awaits_place_ = true;
+    hand_over(mapper_.close(SpawnReason::kLoopClosure), job.scan->stamp, true, nullptr);
+  }
   report.latency_ms =
       std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - job.last_packet).count();
   // Cannot fail: the queue has a place for every scan slot.

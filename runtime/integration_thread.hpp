@@ -31,7 +31,8 @@ struct IntegrationPorts {
 };
 
 /// The thread that integrates scans. Between its start and its end it makes no allocation, takes no lock and does no
-/// I/O; it sleeps only when all its queues are empty.
+/// I/O; it sleeps only when all its queues are empty, or, as long as the queue of commands is not half full, while the
+/// active submap joins that of the place to which the sensor has come back.
 class IntegrationThread {
  public:
   /// @param on_start  called on the new thread before anything else (affinity, priority, a test's allocation guard)
@@ -59,6 +60,7 @@ class IntegrationThread {
   LocalMapper& mapper_;
   IntegrationPorts ports_;
   SensorTime now_;
+  bool awaits_place_ = false;  ///< the active submap is with the scheduler because the sensor is back in a known place
   std::atomic<bool> stop_{false};
   std::atomic<bool> is_active_away_{false};
   std::atomic<std::uint64_t> num_done_{0};

@@ -215,7 +215,7 @@ void Pipeline::note(const ScanReport& report) {
   fill_.blocks_used = report.blocks_used;
   fill_.chunks_used = report.chunks_used;
   const ScanOutcome& outcome = report.outcome;
-  submap_finished_ |= outcome.finished != nullptr;
+  submap_finished_ |= outcome.finished != nullptr || outcome.is_known_place;
   record_.cpu_spawn_check_s += 1e-9 * static_cast<double>(report.spawn_check_cpu_ns);
   record_.cpu_integration_s += 1e-9 * static_cast<double>(report.integration_cpu_ns);
   if (outcome.submap == kNoSubmap) {

@@ -17,6 +17,7 @@ constexpr double kMaxMoveVox = 0.5;
 /// Of two submaps of one place, the least share of surfaces that both show. Where the graph is right to 0.2 m nine rooms in
 /// ten show 0.93 of them alike, and outdoors seven pairs in ten more than this; 0.36 m apart, nine rooms in ten show less.
 constexpr double kMinSameSurface = 0.84;
+constexpr double kMinSameSurfaceEarly = 0.93;
 
 double largest_move_m(const Pose& T_before, const Pose& T_now, const Eigen::AlignedBox3d& bounds) {
   double move_m = 0;
@@ -248,15 +249,16 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
   return judgement;
 }
 
-bool ElasticMap::see_same_surfaces(const Submap& a, const Submap& b) const {
+double ElasticMap::share_same_surfaces(const Submap& a, const Submap& b) const {
   const Pose T_b_a = b.T_M_S.inverse() * a.T_M_S;
   return compare_surfaces(store_, a.volume, b.volume, T_b_a, config_.voxel.voxel_size_m)
-             .share_same() >= kMinSameSurface;
+      .share_same();
 }
 
-bool ElasticMap::see_same_surfaces(const FusionCandidate& candidate) const {
-  return config_.baseline ||
-         see_same_surfaces(*entries_.at(candidate.a).submap, *entries_.at(candidate.b).submap);
+bool ElasticMap::see_same_surfaces(const FusionCandidate& candidate, bool is_early) const {
+  return config_.baseline || share_same_surfaces(*entries_.at(candidate.a).submap,
+                                                 *entries_.at(candidate.b).submap) >=
+                                 (is_early ? kMinSameSurfaceEarly : kMinSameSurface);
 }
 
 bool ElasticMap::have_shared(SubmapId a, SubmapId b) const {
@@ -296,8 +298,9 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
   if (!judge({ids.first, ids.second, joined_by_loop(ids.first, ids.second), {}}).is_accepted) {
     sharing.trust = SharingTrust::kUncertain;
   } else if (before != SharingTrust::kContradicted) {
-    sharing.trust = see_same_surfaces(*a.submap, *b.submap) ? SharingTrust::kFull
-                                                            : SharingTrust::kContradicted;
+    sharing.trust = share_same_surfaces(*a.submap, *b.submap) >= kMinSameSurface
+                        ? SharingTrust::kFull
+                        : SharingTrust::kContradicted;
   }
   if (sharing.trust != SharingTrust::kFull) {
     sharing.refused_by_revision = revision;

@@ -77,7 +77,8 @@ class ElasticMap {
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
   /// False when the two see the surfaces of their place apart (see compare_surfaces): the graph is wrong about them.
   /// Always true in baseline mode.
-  [[nodiscard]] bool see_same_surfaces(const FusionCandidate& candidate) const;
+  /// @param is_early  one of them has hardly begun: nearly all that it shows must agree
+  [[nodiscard]] bool see_same_surfaces(const FusionCandidate& candidate, bool is_early) const;
   /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
   /// it (see share_places): with full trust where the graph is as certain of the pair as a fusion needs and both see the
   /// surfaces of their place alike, else as far as they agree, unless they wait to be fused. Pairs of which neither has
@@ -136,7 +137,7 @@ class ElasticMap {
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
   [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
-  [[nodiscard]] bool see_same_surfaces(const Submap& a, const Submap& b) const;
+  [[nodiscard]] double share_same_surfaces(const Submap& a, const Submap& b) const;
   void note_nodes(const Submap& submap);
   void note_loops(const GraphRevision& revision);
   void refresh(Entry& entry);

@@ -9,6 +9,8 @@ namespace {
 
 // A rotation is felt at a distance: this far from the sensor stands most of what a room's scan sees.
 constexpr double kCorrectionLeverM = 5.0;
+// This near to a node of an older submap the sensor is back in its place.
+constexpr double kReturnM = 1.5;
 // What is left of the overlap where a gateway opens into a wider place. A door comes down to little less than the limit.
 constexpr double kThresholdShare = 0.85;
 // Nothing real is as far from the origin: where an optimiser has diverged, coordinates are no places any more.
@@ -158,6 +160,7 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   active_->T_root_S = T_M_R_.inverse() * active_->T_M_S;
 
   travel_m_ = 0;
+  next_return_m_ = config_.spawn.return_travel_m;
   follows_threshold_ = reason == SpawnReason::kOverlap && is_threshold_;
   is_threshold_ = true;
   T_S_C_ = Pose::Identity();
@@ -186,6 +189,21 @@ void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
   active_->path.add(origin_S);
   outcome.voxels_declined = result.voxels_declined;
   last_ = {true, scan.node, T_S_L_now, T_R_L_, scan.T_O_L};
+  outcome.is_known_place = comes_back();
+}
+
+bool LocalMapper::comes_back() {
+  if (config_.baseline || revision_ == nullptr || active_->first_node == kNoNode) return false;
+  if (config_.spawn.return_travel_m <= 0 || travel_m_ < next_return_m_) return false;
+  const auto& nodes = revision_->graph.nodes;
+  const auto newer = std::lower_bound(nodes.begin(), nodes.end(), active_->first_node,
+                                      [](const GraphNode& node, NodeId id) { return node.id < id; });
+  const Eigen::Vector3d here_M = T_M_L_.translation();
+  const bool is_back = std::any_of(nodes.begin(), newer, [&](const GraphNode& node) {
+    return (node.T_M_N.translation() - here_M).squaredNorm() < kReturnM * kReturnM;
+  });
+  if (is_back) next_return_m_ = 2 * travel_m_;
+  return is_back;
 }
 
 }  // namespace cloister

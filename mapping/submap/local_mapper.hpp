@@ -33,6 +33,7 @@ struct ScanOutcome {
   std::size_t returns_declined = 0;  ///< beams beyond the capacity of a scan
   std::size_t voxels_declined = 0;
   Submap* finished = nullptr;        ///< the submap that this scan closed; it now belongs to the caller
+  bool is_known_place = false;       ///< the active submap should be closed now: what is known of the place can join it
 };
 
 /// The integration thread's part of the method: places each scan, decides whether it begins a new submap, and
@@ -81,6 +82,9 @@ class LocalMapper {
 
   [[nodiscard]] double present_shift_m(const Scan& scan) const;
   [[nodiscard]] bool spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outcome);
+  /// True once the active submap is old enough to ask, and again when it has become twice as old, where the sensor is
+  /// back beside a node of an older submap.
+  [[nodiscard]] bool comes_back();
   [[nodiscard]] Pose T_S_L() const { return active_->T_M_S.inverse() * T_M_L_; }
   void filter_cloud();
   /// With the filtered scan.
@@ -97,6 +101,7 @@ class LocalMapper {
   SubmapId next_id_ = 0;
   SpawnReason next_reason_ = SpawnReason::kFirst;
   double travel_m_ = 0;                   ///< since the active submap was spawned or adopted
+  double next_return_m_ = 0;              ///< of that: before, a known place is not asked for
   int strange_scans_ = 0;                 ///< the newest ones in a row whose overlap was too little
   bool is_threshold_ = true;              ///< no scan has been at home in the active submap's cloud yet
   bool follows_threshold_ = false;        ///< nor had any been in that of the submap before

@@ -210,6 +210,33 @@ TEST_CASE("where no scan is at home, the second submap goes on as far as it may"
   CHECK(passed[1] <= 20 + chain[1]);
 }
 
+TEST_CASE("back beside a node of an older submap, the active one asks once to join it") {
+  for (const double return_travel_m : {0.0, 1.0}) {
+    CAPTURE(return_travel_m);
+    Config config;
+    config.spawn.return_travel_m = return_travel_m;
+    Fixture f(config);
+    GraphRevision revision;
+    Pose T_M_far = Pose::Identity();
+    T_M_far.translation().x() = 20;
+    revision.graph.nodes = {{0, {100'000'000}, true, Pose::Identity()}, {1, {300'000'000}, true, T_M_far}};
+    revision.T_O_N = {Pose::Identity(), T_M_far};
+    CHECK_FALSE(f.mapper.set_graph(&revision));
+    // A node of the submap itself is no place to come back to.
+    for (int i = 0; i < 20; ++i) {
+      CHECK_FALSE(f.scan(room(-3, -3, 3, 3), {i % 2 == 0 ? 0 : 0.4, 0, 0.5}, 0).is_known_place);
+    }
+    std::vector<int> asked_at;
+    for (int x = 20; x >= -2; --x) {
+      const ScanOutcome outcome =
+          f.scan(room(-6, -3, 26, 3), {1.0 * x, 0, 0.5}, 1, T_M_far.inverse());
+      CHECK(outcome.submap == 1);
+      if (outcome.is_known_place) asked_at.push_back(x);
+    }
+    CHECK(asked_at == (return_travel_m > 0 ? std::vector<int>{1} : std::vector<int>{}));
+  }
+}
+
 TEST_CASE("scans without a pose or of an unknown node are refused") {
   Fixture f;
   CHECK(f.scan(room(-3, -3, 3, 3), {0, 0, 1}, 7).refusal == ScanRefusal::kUnknownNode);
