@@ -131,9 +131,6 @@ class ElasticMap {
   /// True when the pair was told apart and has shared what both knew: what is left of it says nothing about overlap.
   [[nodiscard]] bool have_shared(SubmapId a, SubmapId b) const;
   [[nodiscard]] std::size_t share_places(Entry& a, Entry& b, Sharing& sharing);
-  /// True when a submap has hardly moved against another one, anywhere in reach.
-  [[nodiscard]] bool has_stayed(const Pose& T_b_a_before, const Pose& T_b_a_now,
-                                const Eigen::AlignedBox3d& bounds_a) const;
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
   [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;

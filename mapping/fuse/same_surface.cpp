@@ -15,7 +15,7 @@ constexpr int kSamePlaceVox = 2;
 // Of a block's occupied voxels one in so many is looked for, and half of those must be found.
 constexpr int kSurfaceStride = 5;
 // Of a large volume so many blocks tell.
-constexpr std::size_t kMaxBlocksAsked = 10'000;
+constexpr std::size_t kMaxBlocksAsked = 4'000;
 
 /// The voxel of another volume in which the middle of one lies.
 VoxelCoord voxel_under(const VoxelCoord& voxel, const Eigen::Isometry3f& T_into_from,

@@ -43,7 +43,7 @@ struct SurfaceAgreement {
   }
 };
 
-/// Looks for the surfaces of each in the other, from a fifth of the occupied voxels of some 10,000 blocks. A surface that
+/// Looks for the surfaces of each in the other, from a fifth of the occupied voxels of some 4,000 blocks. A surface that
 /// lies where the other has seen nothing says nothing. No allocation.
 /// @param T_b_a  pose of a's frame in b's
 [[nodiscard]] SurfaceAgreement compare_surfaces(const VoxelStore& store, const Volume& a,
