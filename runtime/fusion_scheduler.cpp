@@ -89,8 +89,9 @@ void FusionScheduler::handle(const SchedulerCommand& command) {
   // Who has just come back to a place knows little of it yet: too little to tell a place from one like it, and where the
   // graph is wrong all of that would go.
   const bool is_early = command.give_back && command.revision == nullptr;
+  const std::int64_t num_fused = record_.accepted;
   fuse_all(command.stamp, is_early);
-  if (!is_early) share_places();
+  if (!is_early || record_.accepted > num_fused) share_places();
   send_surplus();
   if (command.give_back) {
     Submap* fused = map_.lend(finished_id);
