@@ -29,12 +29,12 @@ struct VoxelConfig {
 /// submap too many costs little, for it is fused again; one that holds two rooms is never parted.
 ///
 /// Against somebody who passes right before the sensor and hides half a room: two scans in a row must agree. Against chains
-/// of tiny submaps there is one rule: a scan is held against a submap's cloud only once that cloud holds
+/// of tiny submaps there are two rules. The first: a scan is held against a submap's cloud only once that cloud holds
 /// four scans. Scans join it `cloud_lag_m` late and an eighth of that apart, so no overlap ends a submap within five
 /// fourths of `cloud_lag_m`, 2.5 m. The way counts, not the time: who stands still or turns on the spot waits for ever.
 ///
-/// Where a gateway opens into a wider place, even then no scan may be at home in a new submap, nor in the one after it. If
-/// the overlap has fallen far below the limit, the second goes on: the next scans are held against a new cloud, until one
+/// The second: where a gateway opens into a wider place, even then no scan may be at home in a new submap, nor in the one
+/// after it. If the overlap has fallen far below the limit, that one goes on: the next scans are held against a new cloud, until one
 /// is at home there or the submap is `max_threshold_m` long.
 ///
 /// Who comes back to a known place begins a submap all the same: what the sensor sees from the door tells little. Once it has
