@@ -89,7 +89,7 @@ void IntegrationThread::hand_over(Submap* finished, SensorTime stamp, bool give_
     ports_.finished.count.fetch_add(1, std::memory_order_relaxed);
   }
   // Cannot fail: the queue has a place for every submap and every revision in flight.
-  (void)ports_.scheduler.try_push({stamp, finished, give_back, revision, false});
+  (void)ports_.scheduler.try_push({stamp, finished, give_back, revision});
   num_handed_over_.fetch_add(1, std::memory_order_release);  // pairs with num_handed_over()
   ports_.scheduler_bell.ring();
 }
@@ -106,6 +106,7 @@ void IntegrationThread::handle(const ScanJob& job) {
   ScanReport report;
   report.scan = job.scan;
   report.queue_depth = static_cast<std::int32_t>(ports_.commands.depth());
+  report.is_before_fusion = awaits_place_ && mapper_.active() == nullptr;
   now_ = std::max(now_, job.scan->stamp);
 
   const StopWatch place_watch;

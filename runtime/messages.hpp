@@ -19,7 +19,7 @@ struct ScanJob {
   std::chrono::steady_clock::time_point last_packet;   ///< host clock
 };
 
-/// Reader -> integration thread: one of both is set; neither ends the thread.
+/// Reader -> integration thread: one of both is set; neither only has it take what has come back.
 struct IntegrationCommand {
   ScanJob job;
   const GraphRevision* revision = nullptr;
@@ -38,6 +38,7 @@ struct ScanReport {
   std::int64_t map_bytes = 0;
   std::size_t blocks_used = 0;  ///< of the integration thread's share: see PoolShare::num_used
   std::size_t chunks_used = 0;
+  bool is_before_fusion = false;  ///< the active submap is away to join a known place, and could not be waited for any longer
 };
 
 /// Integration thread -> fusion scheduler: a submap that is finished, a graph revision, or both. If a loop closure has
@@ -47,7 +48,6 @@ struct SchedulerCommand {
   Submap* finished = nullptr;
   bool give_back = false;
   const GraphRevision* revision = nullptr;
-  bool stop = false;
 };
 
 /// Fusion scheduler -> integration thread: memory on its way home, or a fused submap to go on in.
@@ -64,7 +64,6 @@ struct MapReturn {
 struct OverlapBatch {
   std::vector<PairCheck> checks;
   std::vector<float> milliseconds;  ///< [checks], wall time each
-  bool stop = false;
 };
 
 }  // namespace cloister

@@ -214,6 +214,7 @@ void Pipeline::note(const ScanReport& report) {
   warmer_.keep_ahead(report.blocks_used, report.chunks_used);
   fill_.blocks_used = report.blocks_used;
   fill_.chunks_used = report.chunks_used;
+  if (report.is_before_fusion) ++record_.counters["fusions_not_waited_for"];
   const ScanOutcome& outcome = report.outcome;
   submap_finished_ |= outcome.finished != nullptr || outcome.is_known_place;
   record_.cpu_spawn_check_s += 1e-9 * static_cast<double>(report.spawn_check_cpu_ns);
