@@ -70,7 +70,7 @@ struct FusionConfig {
 inline constexpr double kMaxRangeVoxels = 10'000;
 
 /// Upper bound of what one submap takes beside its voxels.
-inline constexpr std::int64_t kMaxSubmapSlotBytes = 8192;
+inline constexpr std::int64_t kMaxSubmapSlotBytes = 12'288;
 
 /// All memory the map may ever take, and how it is divided.
 struct MemoryConfig {

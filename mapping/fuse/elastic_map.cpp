@@ -329,6 +329,7 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate) {
   a.submap->merged_from.insert(a.submap->merged_from.end(), b->merged_from.begin(),
                                b->merged_from.end());
   std::sort(a.submap->merged_from.begin(), a.submap->merged_from.end());
+  a.submap->anchors.add(b->anchors, T_b_a);
   a.submap->path.add(b->path, T_b_a.inverse());
   a.submap->note_node(b->first_node);
   a.submap->note_node(b->last_node);

@@ -182,6 +182,7 @@ void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
   outcome.submap = active_->id;
   outcome.num_returns = beams_.num_returns();
   active_->note_node(scan.node);
+  active_->anchors.add(scan.node, T_M_R_.inverse() * active_->T_M_S);
   const Pose T_S_L_now = T_S_L();
   const IntegrationResult result =
       integrator_.integrate(beams_, T_S_L_now.translation().cast<float>(), pools_, active_->volume);

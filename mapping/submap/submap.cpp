@@ -20,6 +20,7 @@ void Submap::reset() {
   root = first_node = last_node = kNoNode;
   spawned = {};
   T_root_S = T_M_S = Pose::Identity();
+  anchors.clear();
   path.clear();
   merged_from.clear();
   nodes.clear();
@@ -42,11 +43,11 @@ bool apply_graph(Submap& submap, const GraphRevision& revision) {
     submap.root = nodes[nearest].id;
     submap.T_root_S = revision.T_O_N[nearest]->inverse() * submap.T_M_S;
     submap.note_node(submap.root);
+    submap.anchors.add(submap.root, submap.T_root_S);
   }
-  const GraphNode* root = revision.node(submap.root);
-  if (root == nullptr) return false;
-  submap.T_M_S = root->T_M_N * submap.T_root_S;
-  return true;
+  const std::optional<Pose> T_M_S = submap.anchors.fit(revision);
+  if (T_M_S) submap.T_M_S = *T_M_S;
+  return revision.node(submap.root) != nullptr;
 }
 
 }  // namespace cloister

@@ -8,6 +8,7 @@
 #include "mapping/core/pose.hpp"
 #include "mapping/core/time.hpp"
 #include "mapping/graph/graph_revision.hpp"
+#include "mapping/submap/submap_anchors.hpp"
 #include "mapping/submap/submap_path.hpp"
 #include "mapping/voxel/volume.hpp"
 
@@ -32,6 +33,7 @@ struct Submap {
   Pose T_M_S = Pose::Identity(); ///< as of the newest graph revision applied
   NodeId first_node = kNoNode;   ///< lowest and highest node whose scans it holds
   NodeId last_node = kNoNode;
+  SubmapAnchors anchors;         ///< what binds it to the graph: the root, and other nodes
   SubmapPath path;               ///< where the sensor was
   Volume volume;
 
