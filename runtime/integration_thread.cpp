@@ -123,6 +123,7 @@ void IntegrationThread::handle(const ScanJob& job) {
     mapper_.integrate(*job.scan, report.outcome);
     report.integrate_ms += integrate_watch.wall_ms();
     report.integration_cpu_ns += integrate_watch.cpu_ns();
+    if (ports_.workers != nullptr) report.integration_cpu_ns += ports_.workers->take_cpu_ns();
   }
   // Summed up before the scheduler gets the finished submap: what it does with it must not race with the report.
   report.num_submaps = ports_.finished.count.load(std::memory_order_relaxed);

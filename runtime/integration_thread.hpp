@@ -7,6 +7,7 @@
 
 #include "mapping/submap/local_mapper.hpp"
 #include "runtime/doorbell.hpp"
+#include "runtime/lent_threads.hpp"
 #include "runtime/messages.hpp"
 #include "runtime/spsc_queue.hpp"
 
@@ -28,6 +29,7 @@ struct IntegrationPorts {
   Doorbell& scheduler_bell;
   Doorbell& reader_bell;
   FinishedTotals& finished;
+  LentThreads* workers = nullptr;           ///< whose CPU time is integration's as well
 };
 
 /// The thread that integrates scans. Between its start and its end it makes no allocation, takes no lock and does no

@@ -61,7 +61,8 @@ Pipeline::Pipeline(const ProgramConfig& config, const Options& options)
     : config_(config),
       store_(num_blocks(config.map.memory), num_chunks(config.map.memory)),
       warmer_(store_),
-      mapper_(config.map, store_),
+      workers_(config.runtime.integration_workers),
+      mapper_(config.map, store_, &workers_),
       map_(config.map, store_),
       submap_slots_(static_cast<std::size_t>(config.map.memory.max_submaps)),
       commands_(static_cast<std::size_t>(config.runtime.scan_queue + config.runtime.graph_queue + 1)),
@@ -96,7 +97,7 @@ Pipeline::Pipeline(const ProgramConfig& config, const Options& options)
                                     worker_bell_, integration_bell_, reader_bell_, finished_});
   integration_.emplace(mapper_,
                        IntegrationPorts{commands_, returns_, reports_, scheduler_commands_, integration_bell_,
-                                        scheduler_bell_, reader_bell_, finished_},
+                                        scheduler_bell_, reader_bell_, finished_, &workers_},
                        options.on_integration_start);
   const int priority = config.runtime.integration_priority;
   if (priority > 0 && !integration_->raise_priority(priority)) {

@@ -13,6 +13,7 @@
 #include "mapping/submap/local_mapper.hpp"
 #include "runtime/fusion_scheduler.hpp"
 #include "runtime/integration_thread.hpp"
+#include "runtime/lent_threads.hpp"
 #include "runtime/memory_warmer.hpp"
 #include "runtime/overlap_worker.hpp"
 #include "runtime/runtime_config.hpp"
@@ -106,6 +107,7 @@ class Pipeline {
   ProgramConfig config_;
   VoxelStore store_;
   MemoryWarmer warmer_;
+  LentThreads workers_;
   LocalMapper mapper_;
   ElasticMap map_;
   std::vector<Submap> submap_slots_;

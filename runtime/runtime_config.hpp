@@ -10,6 +10,7 @@ namespace cloister {
 /// Threads and queues.
 struct RuntimeConfig {
   int overlap_workers = 1;       ///< threads that compare pairs of submaps
+  int integration_workers = 1;   ///< threads that share one scan: pays outdoors, where cores are idle; more than one allocate
   int scan_queue = 16;           ///< scans that may wait for the integration thread, as after a pause of the network
   int graph_queue = 256;         ///< graph revisions that may be under way
   double fusion_reserve = 0.25;  ///< share of the voxel pools that is kept for fusions
@@ -68,6 +69,7 @@ template <typename ProgramConfigType, typename Visitor>
 void visit_program_fields(ProgramConfigType& config, Visitor&& visit) {
   visit_fields(config.map, visit);
   visit("runtime.overlap_workers", config.runtime.overlap_workers, 1, 256);
+  visit("runtime.integration_workers", config.runtime.integration_workers, 1, 256);
   visit("runtime.scan_queue", config.runtime.scan_queue, 2, 1024);
   visit("runtime.graph_queue", config.runtime.graph_queue, 2, 65536);
   visit("runtime.fusion_reserve", config.runtime.fusion_reserve, 0.0, 0.9);

@@ -1,6 +1,7 @@
 #include "mapping/integrate/projective.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -53,7 +54,8 @@ class Carver {
     }
   }
 
-  ProjectiveResult run() {
+  ProjectiveResult run(SharedScan* shared) {
+    shared_ = shared;
     const NodePose from = projector_.first_pose();
     VoxelCoord low, high;
     for (int a = 0; a < 3; ++a) {
@@ -65,6 +67,21 @@ class Carver {
       for (int y = low.y(); y <= high.y(); y += kRootEdge) {
         for (int x = low.x(); x <= high.x(); x += kRootEdge) divide({x, y, z}, kRootEdge, from);
       }
+    }
+    if (shared_ != nullptr) ask_chunks();
+    return result_;
+  }
+
+  /// Finds out what becomes of chunks, and leaves it to be done by another. Several at once, on one volume.
+  /// @param next  of the chunks, the first that no thread has taken
+  ProjectiveResult decide(const std::vector<ChunkTask>& chunks, std::atomic<std::size_t>& next,
+                          BlockDecisions& decisions) {
+    decisions_ = &decisions;
+    // Each number is taken once, and tells nothing else: relaxed order is enough.
+    while (decisions.takes_chunk()) {
+      const std::size_t i = next.fetch_add(1, std::memory_order_relaxed);
+      if (i >= chunks.size()) break;
+      ask_chunk(chunks[i]);
     }
     return result_;
   }
@@ -78,7 +95,6 @@ class Carver {
   }
 
   void divide(const VoxelCoord& corner, int edge, const NodePose& from) {
-    if (edge == kChunkVoxels && !enter_chunk(corner, from)) return;
     const int child_edge = edge / 2;
     NodeViews views;
     projector_.view_children(corner, child_edge, from, views);
@@ -100,12 +116,104 @@ class Carver {
       const bool is_free = (views.free >> child) & 1;
       if (child_edge == kBlockEdge) {
         visit_block({child_corner, is_free, &views, child, nullptr});
+        continue;
+      }
+      const NodePose child_from = projector_.pose_for(views, child, child_edge);
+      if (child_edge == kChunkVoxels) {
+        visit_chunk({child_corner, child_from.pose, child_from.share, is_free});
       } else if (is_free) {
-        visit_free(child_corner, child_edge, projector_.pose_for(views, child, child_edge));
+        visit_free(child_corner, child_edge, child_from);
       } else {
-        divide(child_corner, child_edge, projector_.pose_for(views, child, child_edge));
+        divide(child_corner, child_edge, child_from);
       }
     }
+  }
+
+  void visit_chunk(const ChunkTask& chunk) {
+    if (shared_ == nullptr) {
+      ask_chunk(chunk);
+      return;
+    }
+    if (shared_->chunks.size() == shared_->chunks.capacity()) ask_chunks();
+    shared_->chunks.push_back(chunk);
+  }
+
+  void ask_chunk(const ChunkTask& chunk) {
+    const NodePose from{chunk.pose, chunk.pose_share};
+    if (!enter_chunk(chunk.corner, from)) return;
+    if (chunk.is_free) {
+      visit_free(chunk.corner, kChunkVoxels, from);
+    } else {
+      divide(chunk.corner, kChunkVoxels, from);
+    }
+  }
+
+  /// Asks the chunks that have been put aside, together with the other workers, and does what they decided.
+  void ask_chunks() {
+    struct Round {
+      const Carver& carver;
+      SharedScan& shared;
+      std::atomic<std::size_t> next{0};
+      std::atomic<std::size_t> nodes{0}, free{0}, coarse{0}, in_turn{0}, mixed{0};
+    } round{*this, *shared_};
+    const auto work = [](void* context, int worker) {
+      Round& mine = *static_cast<Round*>(context);
+      Carver carver = mine.carver;
+      carver.shared_ = nullptr;
+      carver.result_ = {};
+      const ProjectiveResult result =
+          carver.decide(mine.shared.chunks, mine.next,
+                        mine.shared.decisions[static_cast<std::size_t>(worker)]);
+      // Sums that are read when all are done, which their caller orders.
+      mine.nodes.fetch_add(result.nodes_tested, std::memory_order_relaxed);
+      mine.free.fetch_add(result.blocks_free, std::memory_order_relaxed);
+      mine.coarse.fetch_add(result.blocks_coarse, std::memory_order_relaxed);
+      mine.in_turn.fetch_add(result.blocks_in_turn, std::memory_order_relaxed);
+      mine.mixed.fetch_add(result.blocks_mixed, std::memory_order_relaxed);
+    };
+    while (round.next.load(std::memory_order_relaxed) < shared_->chunks.size()) {
+      for (BlockDecisions& decisions : shared_->decisions) decisions.clear();
+      shared_->workers.run(work, &round);
+      for (const BlockDecisions& decisions : shared_->decisions) {
+        for (const BlockDecision& decision : decisions.all()) apply(decision);
+      }
+    }
+    shared_->chunks.clear();
+    result_.nodes_tested += round.nodes;
+    result_.blocks_free += round.free;
+    result_.blocks_coarse += round.coarse;
+    result_.blocks_in_turn += round.in_turn;
+    result_.blocks_mixed += round.mixed;
+  }
+
+  /// Does what a worker has decided.
+  void apply(const BlockDecision& decision) {
+    if (chunk_ == nullptr || decision.chunk != chunk_coord_) {
+      chunk_coord_ = decision.chunk;
+      find_chunk();
+    }
+    turns_ = decision.turns;
+    evidence_ = &evidence_for_[turns_ - 1];
+    switch (decision.kind) {
+      case BlockDecision::Kind::kOctants:
+        update_node(decision.index, decision.octants);
+        break;
+      case BlockDecision::Kind::kFree:
+        update_free(decision.index);
+        break;
+      case BlockDecision::Kind::kVoxels:
+        update_voxels(decision.index, decision.free, decision.crossed, decision.marked);
+        break;
+    }
+  }
+
+  BlockDecision& decide(BlockDecision::Kind kind, int index) {
+    BlockDecision& decision = decisions_->add();
+    decision.chunk = chunk_coord_;
+    decision.index = static_cast<std::uint16_t>(index);
+    decision.turns = static_cast<std::uint8_t>(turns_);
+    decision.kind = kind;
+    return decision;
   }
 
   /// Is there anything in a node of the entered chunk that a scan could change which does not see through all of it? Not in
@@ -155,10 +263,14 @@ class Carver {
     turn_ = turn / turns_;
     asks_bare_ = turns_ == 1 || turn_ % bare_turns_ == 0;
     evidence_ = &evidence_for_[turns_ - 1];
-    const PoolIndex index = volume_.find_chunk(pools_.store, chunk_coord_);
-    chunk_ = index == kNoIndex ? nullptr : &pools_.store.chunk(index);
+    find_chunk();
     slots_ = marks_.find_chunk(chunk_coord_);
     return true;
+  }
+
+  void find_chunk() {
+    const PoolIndex index = volume_.find_chunk(pools_.store, chunk_coord_);
+    chunk_ = index == kNoIndex ? nullptr : &pools_.store.chunk(index);
   }
 
   /// How many scans take turns in asking a chunk. There may be no other than the first.
@@ -195,11 +307,16 @@ class Carver {
   /// A node that is free throughout.
   void visit_free(const VoxelCoord& corner, int edge, const NodePose& from) {
     if (edge > kChunkVoxels) {
-      for (int child = 0; child < 8; ++child)
-        visit_free(child_corner_of(corner, edge / 2, child), edge / 2, from);
+      for (int child = 0; child < 8; ++child) {
+        const VoxelCoord child_corner = child_corner_of(corner, edge / 2, child);
+        if (edge / 2 == kChunkVoxels) {
+          visit_chunk({child_corner, from.pose, from.share, true});
+        } else {
+          visit_free(child_corner, edge / 2, from);
+        }
+      }
       return;
     }
-    if (edge == kChunkVoxels && !enter_chunk(corner, from)) return;
     for (int z = 0; z < edge; z += kBlockEdge) {
       for (int y = 0; y < edge; y += kBlockEdge) {
         for (int x = 0; x < edge; x += kBlockEdge)
@@ -247,12 +364,9 @@ class Carver {
       return;
     }
     if (marked == nullptr && visit.is_free && Volume::has_block(place)) {
-      Block& block = pools_.store.block(Volume::block_index(place));
-      if (highest_in(block) <= 0) {
+      if (highest_in(pools_.store.block(Volume::block_index(place))) <= 0) {
         ++result_.blocks_free;
-        const Changes changes = add_evidence(evidence_at(place), kAll, kAll, kNone, block);
-        Volume::set_rest(chunk_->places[index], changes.may_rest());
-        volume_.settle_block(pools_, *chunk_, chunk_->places[index]);
+        update_free(index);
         return;
       }
     }
@@ -262,12 +376,50 @@ class Carver {
   /// What the octants of a block that is bare or coarse have shown: those that are seen through as wholes.
   void update_node(int index, OctantMask free) {
     if (free == kNoOctants) return;
+    if (decisions_ != nullptr) {
+      decide(BlockDecision::Kind::kOctants, index).octants = free;
+      return;
+    }
     if (!make_chunk()) {
       result_.voxels_declined += kBlockVoxels;
       return;
     }
     add_free_octants(*evidence_, free, std::popcount(free) * kOctantVoxels, pools_, volume_,
                      *chunk_, chunk_->places[index]);
+  }
+
+  /// A block with voxels of which none is occupied, and which is seen through as a whole.
+  void update_free(int index) {
+    if (decisions_ != nullptr) {
+      (void)decide(BlockDecision::Kind::kFree, index);
+      return;
+    }
+    std::uint32_t& place = chunk_->places[index];
+    Block& block = pools_.store.block(Volume::block_index(place));
+    const Changes changes = add_evidence(evidence_at(place), kAll, kAll, kNone, block);
+    Volume::set_rest(place, changes.may_rest());
+    volume_.settle_block(pools_, *chunk_, place);
+  }
+
+  /// A block that was looked up voxel by voxel.
+  /// @param marked  its returns, or null
+  void update_voxels(int index, const BlockBits& free, const BlockBits& crossed,
+                     const ScanMarks::Marked* marked) {
+    if (decisions_ != nullptr) {
+      BlockDecision& decision = decide(BlockDecision::Kind::kVoxels, index);
+      decision.free = free;
+      decision.crossed = crossed;
+      decision.marked = marked;
+      return;
+    }
+    if (!make_chunk()) {
+      result_.voxels_declined += kBlockVoxels;
+      return;
+    }
+    std::uint32_t& place = chunk_->places[index];
+    result_.voxels_declined +=
+        apply_to_place(evidence_at(place), free, crossed, marked != nullptr ? marked->hit : kNone,
+                       pools_, volume_, *chunk_, place);
   }
 
   /// Octants that are seen through as wholes, but for a few voxels at their borders.
@@ -348,13 +500,7 @@ class Carver {
     const BlockBits& hit = marked != nullptr ? marked->hit : kNone;
     for (int z = 0; z < kBlockEdge; ++z) free.word[z] &= ~hit.word[z];
     if (marked != nullptr) marked->is_applied = true;
-    if (marked == nullptr && !free.any()) return;
-    if (!make_chunk()) {
-      result_.voxels_declined += kBlockVoxels;
-      return;
-    }
-    result_.voxels_declined += apply_to_place(evidence_at(place), free, crossed, hit, pools_,
-                                              volume_, *chunk_, chunk_->places[index]);
+    if (marked != nullptr || free.any()) update_voxels(index, free, crossed, marked);
   }
 
   /// Looks up a block from its own view. @return false when it has too many pixels for that
@@ -430,11 +576,13 @@ class Carver {
   ChunkCoord chunk_coord_ = ChunkCoord::Zero();
   Chunk* chunk_ = nullptr;
   const ScanMarks::Slot* slots_ = nullptr;
+  SharedScan* shared_ = nullptr;         ///< chunks are put aside for several threads
+  BlockDecisions* decisions_ = nullptr;  ///< what is found out is left to be done by another
   ProjectiveResult result_;
 };
 
 ProjectiveResult integrate_projective_vectors(const ProjectiveJob& job) {
-  return Carver(job).run();
+  return Carver(job).run(job.shared);
 }
 
 }  // namespace cloister::HWY_NAMESPACE

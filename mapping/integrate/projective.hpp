@@ -2,6 +2,7 @@
 
 #include "mapping/integrate/evidence.hpp"
 #include "mapping/integrate/scan_marks.hpp"
+#include "mapping/integrate/shared_scan.hpp"
 #include "mapping/scan/range_image.hpp"
 #include "mapping/voxel/volume.hpp"
 
@@ -18,6 +19,7 @@ struct ProjectiveJob {
   ScanMarks& marks;  ///< with the returns marked; blocks that are applied here are ticked off
   VoxelPools& pools;
   Volume& volume;
+  SharedScan* shared = nullptr;  ///< asks chunks on several threads; the map is the same
 };
 
 /// What it did, in numbers.

@@ -13,10 +13,12 @@ constexpr double kWindowSlackM = 5.0;
 
 }  // namespace
 
-ScanIntegrator::ScanIntegrator(const VoxelConfig& config)
+ScanIntegrator::ScanIntegrator(const VoxelConfig& config, ScanWorkers* workers)
     : config_(config),
       evidence_(config),
-      marks_(config.voxel_size_m, config.max_range_m, kWindowSlackM, kMaxScanBlocks) {}
+      marks_(config.voxel_size_m, config.max_range_m, kWindowSlackM, kMaxScanBlocks) {
+  if (workers != nullptr && workers->num() > 1) shared_.emplace(*workers);
+}
 
 IntegrationResult ScanIntegrator::integrate(const ScanBeams& scan, const Eigen::Vector3f& sensor_S,
                                             VoxelPools& pools, Volume& volume) {
@@ -27,7 +29,8 @@ IntegrationResult ScanIntegrator::integrate(const ScanBeams& scan, const Eigen::
   if (scan.is_image()) {
     const ProjectiveResult carved =
         integrate_projective({scan.image(), evidence_, config_.voxel_size_m, config_.max_range_m,
-                              num_scans_, bare_turns_.turns(), marks_, pools, volume});
+                              num_scans_, bare_turns_.turns(), marks_, pools, volume,
+                              shared_ ? &*shared_ : nullptr});
     // The first scan asks everything, whatever the turns: it says nothing about them.
     if (num_scans_++ > 0) {
       bare_turns_.choose(carved.blocks_coarse - carved.blocks_in_turn, carved.blocks_in_turn);

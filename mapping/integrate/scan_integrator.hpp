@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 
 #include "mapping/core/config.hpp"
 #include "mapping/integrate/bare_turns.hpp"
 #include "mapping/integrate/evidence.hpp"
 #include "mapping/integrate/scan_marks.hpp"
+#include "mapping/integrate/shared_scan.hpp"
 #include "mapping/scan/scan_beams.hpp"
 #include "mapping/voxel/volume.hpp"
 
@@ -27,7 +29,8 @@ struct IntegrationResult {
 /// Real-time: no allocation, lock or system call after construction.
 class ScanIntegrator {
  public:
-  explicit ScanIntegrator(const VoxelConfig& config);
+  /// @param workers  share in every organised scan, with the same map as without; may be null
+  explicit ScanIntegrator(const VoxelConfig& config, ScanWorkers* workers = nullptr);
 
   /// @param sensor_S  where the sensor was, to within a few metres
   IntegrationResult integrate(const ScanBeams& scan, const Eigen::Vector3f& sensor_S,
@@ -38,6 +41,7 @@ class ScanIntegrator {
   Evidence evidence_;
   ScanMarks marks_;
   BareTurns bare_turns_;
+  std::optional<SharedScan> shared_;
   std::uint64_t num_scans_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 #include <random>
+#include <thread>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -206,6 +207,60 @@ TEST_CASE("every instruction set of this machine gives the same map, bit by bit"
     CHECK(hwy::SupportedTargets() == supported);
     CHECK(num_targets > 0);
   }
+}
+
+/// As many threads as asked for, begun anew for each scan.
+class TestThreads : public ScanWorkers {
+ public:
+  explicit TestThreads(int num) : num_(num) {}
+  [[nodiscard]] int num() const override { return num_; }
+  void run(void (*task)(void* context, int worker), void* context) override {
+    ++num_runs;
+    std::vector<std::thread> threads;
+    for (int worker = 1; worker < num_; ++worker) threads.emplace_back(task, context, worker);
+    task(context, 0);
+    for (std::thread& thread : threads) thread.join();
+  }
+  int num_runs = 0;
+
+ private:
+  int num_;
+};
+
+TEST_CASE("a scan that several threads share gives the same map, and the same numbers") {
+  const Scene scene = furnished_room();
+  for (const SpinningSensor& sensor : {wide_sensor(), long_range_sensor()}) {
+    const ScanGeometry geometry = geometry_of(sensor);
+    TestThreads three(3);
+    SceneMap alone(geometry);
+    SceneMap shared(geometry, {}, 60'000, 4'000, &three);
+    for (int i = 0; i < 4; ++i) {
+      const Scan scan = see(scene, geometry, walking_from(i));
+      const IntegrationResult a = alone.integrate(scan);
+      const IntegrationResult b = shared.integrate(scan);
+      CHECK(a.blocks_free == b.blocks_free);
+      CHECK(a.blocks_mixed == b.blocks_mixed);
+      CHECK(b.voxels_declined == 0);
+    }
+    CHECK(three.num_runs >= 4);
+    CHECK(content_of(shared) == content_of(alone));
+    CHECK(shared.volume.bytes() == alone.volume.bytes());
+  }
+}
+
+TEST_CASE("shared, more decisions than a worker has room for take another round") {
+  // Seen from a hall's middle, more blocks are free than one worker can note at once.
+  Scene hall;
+  hall.add_room({-28, -28, -2}, {28, 28, 12});
+  const ScanGeometry geometry = geometry_of(wide_sensor());
+  const Scan scan = see(hall, geometry, standing(tilted_pose()));
+  TestThreads one_more(2);
+  SceneMap alone(geometry, {}, 60'000, 8'000);
+  SceneMap shared(geometry, {}, 60'000, 8'000, &one_more);
+  alone.integrate(scan);
+  shared.integrate(scan);
+  CHECK(one_more.num_runs > 1);
+  CHECK(content_of(shared) == content_of(alone));
 }
 
 TEST_CASE("a scan without any return changes nothing") {

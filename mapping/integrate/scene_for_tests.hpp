@@ -135,11 +135,12 @@ class VoxelSet {
 /// A volume that scans are integrated into.
 struct SceneMap {
   explicit SceneMap(const ScanGeometry& geometry, const VoxelConfig& voxel_config = {},
-                    std::size_t blocks = 60'000, std::size_t chunks = 4'000)
+                    std::size_t blocks = 60'000, std::size_t chunks = 4'000,
+                    ScanWorkers* workers = nullptr)
       : config(voxel_config),
         store(blocks, chunks),
         pools(store),
-        integrator(config),
+        integrator(config, workers),
         beams(geometry.direction_L.size()) {
     pools.take_all();
   }

@@ -24,10 +24,10 @@ double displacement_m(const Pose& T_before_after) {
 
 }  // namespace
 
-LocalMapper::LocalMapper(const Config& config, VoxelStore& store)
+LocalMapper::LocalMapper(const Config& config, VoxelStore& store, ScanWorkers* workers)
     : config_(config),
       pools_(store),
-      integrator_(config.voxel),
+      integrator_(config.voxel, workers),
       beams_(static_cast<std::size_t>(config.scan.max_points)),
       cloud_(config.spawn, static_cast<std::size_t>(config.memory.max_cloud_points)) {
   spare_slots_.reserve(static_cast<std::size_t>(config.memory.max_submaps));

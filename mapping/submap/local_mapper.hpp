@@ -42,7 +42,8 @@ struct ScanOutcome {
 /// Threads: one owner. Real-time: no member allocates after construction, locks or does I/O.
 class LocalMapper {
  public:
-  LocalMapper(const Config& config, VoxelStore& store);
+  /// @param workers  share in integrating a scan; may be null
+  LocalMapper(const Config& config, VoxelStore& store, ScanWorkers* workers = nullptr);
 
   /// Hands over an unused slot for a submap to come.
   void give_slot(Submap* slot) { spare_slots_.push_back(slot); }

@@ -57,17 +57,20 @@ TEST_CASE("the map does not depend on the vectors that the processor has" *
   }
 }
 
-TEST_CASE("the map depends neither on the number of overlap workers nor on the run" *
+TEST_CASE("the map depends neither on the numbers of workers nor on the run" *
           doctest::test_suite("slow_threads")) {
   const TemporaryFolder folder;
   std::string first_hash;
   int run = 0;
   // A high spawn threshold makes many submaps and many fusions.
-  for (const char* workers : {"1", "1", "4"}) {
+  for (const char* workers :
+       {"runtime.overlap_workers=1", "runtime.overlap_workers=1", "runtime.overlap_workers=4",
+        "runtime.integration_workers=2", "runtime.integration_workers=3"}) {
+    CAPTURE(workers);
     const auto out = folder.path() / std::to_string(run++);
     const ProgramResult result = replay(
         CLOISTER_HOUSE_MISSION, out,
-        std::string("--set spawn.min_overlap=0.85 --set runtime.overlap_workers=") + workers);
+        std::string("--set spawn.min_overlap=0.85 --set ") + workers);
     REQUIRE(result.exit_status == 0);
     const auto summary = read_json(out / "summary.json");
     CHECK(summary["fusions"]["accepted"].get<int>() > 0);
@@ -81,7 +84,7 @@ TEST_CASE("a full budget declines updates, says so, and loses nothing that is ma
   const TemporaryFolder folder;
   const ProgramResult result = replay(CLOISTER_HOUSE_MISSION, folder.path() / "out",
                                       "--set memory.budget_bytes=33554432 --set "
-                                      "memory.max_submaps=1500 --set voxel.voxel_size_m=0.02");
+                                      "memory.max_submaps=1000 --set voxel.voxel_size_m=0.02");
   REQUIRE(result.exit_status == 0);
   const auto summary = read_json(folder.path() / "out/summary.json");
   CHECK(summary["scans"]["dropped"] == 0);
