@@ -42,11 +42,10 @@ struct Fixture {
   Submap* finished(SubmapId id, NodeId root, int x_blocks) {
     Submap* submap = &slots[static_cast<std::size_t>(id)];
     submap->id = id;
-    submap->root = root;
-    submap->note_node(root);
     submap->T_M_S = Pose::Identity();
-    submap->T_root_S = Pose::Identity();
-    submap->T_root_S.translation().x() = -2.0 * static_cast<double>(root);
+    Pose T_root_S = Pose::Identity();
+    T_root_S.translation().x() = -2.0 * static_cast<double>(root);
+    submap->bind(root, T_root_S);
     submap->path.add({(static_cast<float>(x_blocks) + 0.5f) * 0.52f, 0.4f, 0.1f});
     add_wall(*submap, x_blocks);
     return submap;

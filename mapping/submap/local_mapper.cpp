@@ -151,13 +151,12 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   active_ = spare_slots_.back();
   spare_slots_.pop_back();
   active_->id = next_id_++;
-  active_->root = scan.node;
   active_->spawned = scan.stamp;
   // Parallel to M and on its grid of blocks: submaps that no correction moves apart share one grid.
   const double grid_m = config_.voxel.voxel_size_m * kBlockEdge;
   active_->T_M_S = Pose::Identity();
   active_->T_M_S.translation() = (T_M_L_.translation() / grid_m).array().round().matrix() * grid_m;
-  active_->T_root_S = T_M_R_.inverse() * active_->T_M_S;
+  active_->bind(scan.node, T_M_R_.inverse() * active_->T_M_S);
 
   travel_m_ = 0;
   next_return_m_ = config_.spawn.return_travel_m;
@@ -181,8 +180,7 @@ void LocalMapper::begin_cloud() {
 void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
   outcome.submap = active_->id;
   outcome.num_returns = beams_.num_returns();
-  active_->note_node(scan.node);
-  active_->anchors.add(scan.node, T_M_R_.inverse() * active_->T_M_S);
+  active_->note_scans(scan.node, T_M_R_.inverse() * active_->T_M_S);
   const Pose T_S_L_now = T_S_L();
   const IntegrationResult result =
       integrator_.integrate(beams_, T_S_L_now.translation().cast<float>(), pools_, active_->volume);

@@ -9,6 +9,17 @@ namespace cloister {
 
 static_assert(sizeof(Submap) <= kMaxSubmapSlotBytes);
 
+void Submap::bind(NodeId node, const Pose& T_node_S) {
+  root = node;
+  T_root_S = T_node_S;
+  note_scans(node, T_node_S);
+}
+
+void Submap::note_scans(NodeId node, const Pose& T_node_S) {
+  note_node(node);
+  anchors.add(node, T_node_S);
+}
+
 void Submap::note_node(NodeId node) {
   if (node == kNoNode) return;
   first_node = first_node == kNoNode ? node : std::min(first_node, node);
@@ -40,10 +51,7 @@ bool apply_graph(Submap& submap, const GraphRevision& revision) {
       nearest_ns = distance_ns;
     }
     if (nearest < 0) return false;
-    submap.root = nodes[nearest].id;
-    submap.T_root_S = revision.T_O_N[nearest]->inverse() * submap.T_M_S;
-    submap.note_node(submap.root);
-    submap.anchors.add(submap.root, submap.T_root_S);
+    submap.bind(nodes[nearest].id, revision.T_O_N[nearest]->inverse() * submap.T_M_S);
   }
   const std::optional<Pose> T_M_S = submap.anchors.fit(revision);
   if (T_M_S) submap.T_M_S = *T_M_S;

@@ -21,7 +21,8 @@ inline constexpr SubmapId kNoSubmap = -1;
 /// A rigid occupancy volume, anchored to a node of the pose graph.
 ///
 /// Its frame S is parallel to M's axes, with its origin on M's grid of blocks, at the time it was spawned; afterwards
-/// it moves rigidly with its root node: T_M_S = T_M_root * T_root_S. Voxels never move inside S.
+/// it moves rigidly with its root node, or, where the graph bends within it, with most of its nodes (see SubmapAnchors).
+/// Voxels never move inside S.
 ///
 /// Slots of this type are allocated once; the mapper fills the scalar members and the volume, and whoever keeps the
 /// books fills the vectors when the submap is finished.
@@ -41,16 +42,20 @@ struct Submap {
   std::vector<NodeId> nodes;          ///< nodes whose scans it holds, ascending
   std::vector<SensorTime> scan_stamps;
 
+  /// Makes a node the root. No allocation.
+  void bind(NodeId node, const Pose& T_node_S);
+  /// Notes that scans of a node come now. No allocation.
+  void note_scans(NodeId node, const Pose& T_node_S);
   /// Extends the range of nodes; kNoNode is ignored. No allocation.
   void note_node(NodeId node);
   /// Makes an unused slot of this one. The volume must have been cleared.
   void reset();
 };
 
-/// Moves the submap to where a graph revision puts its root. A submap without a root is bound to the node nearest in
-/// time to its first scan whose odometry is known. A root that the revision does not have leaves the submap in place.
+/// Moves the submap to where a graph revision puts its nodes. A submap without a root is bound to the node nearest in
+/// time to its first scan whose odometry is known. A revision that has none of its nodes leaves the submap in place.
 /// @return false when the root is missing from the revision
-/// No allocation; O(log nodes), O(nodes) for the first binding.
+/// No allocation; O(anchors log nodes), O(nodes) for the first binding.
 bool apply_graph(Submap& submap, const GraphRevision& revision);
 
 }  // namespace cloister
