@@ -15,8 +15,12 @@ constexpr double kMinKnownToDrop = 0.6;
 // they show whatever lies between them, must not take a wall along.
 constexpr double kMinSameToShare = 0.5;
 constexpr double kMinSameToDrop = 0.8;
-// Where the other knows so many times as much of a block's place, its word stands, whatever the block says.
-constexpr double kMinRatioToDrop = 1.5;
+// Where the other knows so many times as much of a block's place, its word stands, whatever the block says: with full trust
+// blocks are given instead. Where the graph is sure of the two, that is their one place, and two views of it that differ are
+// one too many; where it is not, they may turn out to be of two places.
+double min_ratio_to_drop(SharingTrust trust) {
+  return trust == SharingTrust::kContradicted ? 1.0 : 1.5;
+}
 
 /// Blocks of `from` for which `into` is the better home.
 struct Leaving {
@@ -35,7 +39,7 @@ Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& 
     const double ratio = known_ratio(store, view, into.volume, middle_into, block_m);
     if (ratio < kMinKnownRatio) return;
     if (into.path.squared_distance(middle_into) >= from.path.squared_distance(middle_from)) return;
-    if (trust != SharingTrust::kFull && ratio >= kMinRatioToDrop) {
+    if (trust != SharingTrust::kFull && ratio >= min_ratio_to_drop(trust)) {
       leaving.dropped.push_back(coord);
       return;
     }

@@ -12,7 +12,7 @@ namespace cloister {
 enum class SharingTrust {
   kFull,       ///< what one gives away may stay with the other for ever
   kUncertain,  ///< the graph does not know well: only copies go, nothing is given
-  kContradicted,  ///< the graph is sure, and what they see differs: only copies that agree to a voxel go
+  kContradicted,  ///< the graph is sure, and what they see differs: one of two views goes
 };
 
 /// Leaves every place that two submaps know to the one whose sensor came nearer to it.
@@ -31,7 +31,9 @@ enum class SharingTrust {
 /// moves with it.
 ///
 /// A glimpse of what the nearer one has looked at closely goes without trust of any kind: far away, a block holds a few
-/// returns, and where the nearer one knows half as much again of the place, little is lost if it stands elsewhere.
+/// returns, and where the nearer one knows half as much again of the place, little is lost if it stands elsewhere. Where
+/// the graph is sure of both, and only what they see differs, it is enough that the nearer one knows as much: else each
+/// visit would leave walls of its own, a little aside.
 ///
 /// Since nearness decides, and not which of the two asks, a second call finds nothing more to give unless one of the
 /// submaps has changed.

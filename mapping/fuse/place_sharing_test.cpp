@@ -153,21 +153,36 @@ TEST_CASE("of two submaps that may yet move, the further one drops its copies an
   }
 }
 
-TEST_CASE("a copy two voxels aside goes if the graph owns its doubt, and stays if it was sure") {
-  for (const auto& [trust, num_dropped] :
-       {std::pair{SharingTrust::kUncertain, 1u}, {SharingTrust::kContradicted, 0u}}) {
+TEST_CASE("of two views of a wall that the graph is sure of, the nearer one is left, however far aside") {
+  for (const int num_vox : {0, -2, -5}) {
+    CAPTURE(num_vox);
     TwoSubmaps s;
     s.add_wall(s.a, {5, 0, 0}, 1);
     s.add_wall(s.b, {5, 0, 0}, 1);
-    CHECK(s.share(aside(-2), trust) == num_dropped);
+    s.add_free(s.b, {6, 0, 0});
+    CHECK(s.share(aside(num_vox), SharingTrust::kContradicted) == 1u);
+    CHECK(s.a.volume.num_blocks() == 0);
+    CHECK(s.b.volume.num_blocks() == 1);
+  }
+}
+
+TEST_CASE("where the graph owns its doubt, a copy two voxels aside goes, and another view stays") {
+  for (const auto& [num_vox, num_dropped] : {std::pair{-2, 1u}, {-5, 0u}}) {
+    TwoSubmaps s;
+    s.add_wall(s.a, {5, 0, 0}, 1);
+    s.add_wall(s.b, {5, 0, 0}, 1);
+    s.add_free(s.b, {6, 0, 0});
+    CHECK(s.share(aside(num_vox), SharingTrust::kUncertain) == num_dropped);
     CHECK(s.a.volume.num_blocks() == 1 - num_dropped);
     CHECK(s.b.volume.num_blocks() == 1);
   }
 }
 
-TEST_CASE("a glimpse goes without trust where the nearer one knows half as much again, whatever it shows") {
-  for (const SharingTrust trust : {SharingTrust::kUncertain, SharingTrust::kContradicted}) {
-    for (const int rows : {5, 7}) {
+TEST_CASE("a glimpse goes without trust where the nearer one knows more, whatever it shows") {
+  // Of eight rows that the nearer one knows, as much as the further one, or half as much again.
+  for (const auto& [trust, most_rows] :
+       {std::pair{SharingTrust::kUncertain, 5}, {SharingTrust::kContradicted, 8}}) {
+    for (const int rows : {5, 7, 8}) {
       CAPTURE(rows);
       TwoSubmaps s;
       s.add_free(s.b, {5, 0, 0});
@@ -175,7 +190,7 @@ TEST_CASE("a glimpse goes without trust where the nearer one knows half as much 
       std::uint32_t* place = s.a.volume.make_place(s.pools, {5, 0, 0}, &chunk);
       Block* block = s.a.volume.make_block(s.pools, *chunk, *place);
       for (int i = 0; i < rows * kBlockVoxels / kBlockEdge; ++i) block->voxels[i] = 30;
-      CHECK(s.share(Pose::Identity(), trust) == (rows == 5 ? 1u : 0u));
+      CHECK(s.share(Pose::Identity(), trust) == (rows <= most_rows ? 1u : 0u));
       CHECK(s.b.volume.num_blocks() == 0);
       CHECK(s.at(s.b, {5, 0, 0}) == -20);
     }
