@@ -46,7 +46,7 @@ struct SpawnConfig {
   double filter_m = 0.25;        ///< r_filter: edge of the voxel filter of scan and submap cloud
   double cloud_lag_m = 2.0;      ///< a scan joins its submap's cloud once the sensor has moved this far from it
   double max_threshold_m = 10.0; ///< how far a submap goes on in which, as in the one before, no scan is at home
-  double return_travel_m = 2.5;  ///< back in a known place, a submap asks so early to join it; 0: only once it is finished
+  double return_travel_m = 5.0;  ///< back in a known place, a submap asks so early to join it; 0: only once it is finished
   double min_covisibility = 0.5; ///< share of a submap's scans that must see a place for it to count as part of it
   double max_correction_m = 0.065;  ///< a graph correction that shifts the present place further starts a new submap
   double baseline_distance_m = 10.0;  ///< distance travelled per submap in baseline mode
