@@ -15,7 +15,8 @@ struct Walk {
     mapper.pools().take_all();
     for (Submap& slot : slots) mapper.give_slot(&slot);
     T_M_far.translation().x() = 20;
-    revision.graph.nodes = {{0, {100'000'000}, true, Pose::Identity()}, {1, {300'000'000}, true, T_M_far}};
+    revision.graph.nodes = {{0, {100'000'000}, true, Pose::Identity()},
+                            {1, {300'000'000}, true, T_M_far}};
     revision.T_O_N = {Pose::Identity(), T_M_far};
     send({{}, &revision});
   }
@@ -45,7 +46,8 @@ struct Walk {
   }
   ScanReport next_report() {
     ScanReport report;
-    for (std::uint32_t seen = reader_bell.count(); !reports.try_pop(report); seen = reader_bell.count())
+    for (std::uint32_t seen = reader_bell.count(); !reports.try_pop(report);
+         seen = reader_bell.count())
       reader_bell.wait(seen);
     return report;
   }
@@ -84,7 +86,8 @@ struct Walk {
   SpscQueue<SchedulerCommand> scheduler{64};
   Doorbell bell, scheduler_bell, reader_bell;
   FinishedTotals finished;
-  LocalMapper mapper{(config.memory.max_submaps = 4, config.spawn.return_travel_m = 1, config), store};
+  LocalMapper mapper{(config.memory.max_submaps = 4, config.spawn.return_travel_m = 1, config),
+                     store};
   IntegrationThread thread{
       mapper,
       {commands, returns, reports, scheduler, bell, scheduler_bell, reader_bell, finished},
@@ -106,7 +109,9 @@ TEST_CASE("scans that come while the active submap joins a known place go on in 
   }
 }
 
-TEST_CASE("where half the queue waits for it, they go on in a submap of their own, and that is told once") {
+TEST_CASE(
+    "where half the queue waits for it, they go on in a submap of their own, and that is told "
+    "once") {
   Walk walk;
   Submap* closed = walk.come_back();
   REQUIRE(closed != nullptr);

@@ -21,7 +21,9 @@ class LentThreads : public ScanWorkers {
   void run(void (*task)(void* context, int worker), void* context) override;
 
   /// CPU time of all threads but the caller's, since this was last asked.
-  [[nodiscard]] std::int64_t take_cpu_ns() { return cpu_ns_.exchange(0, std::memory_order_relaxed); }
+  [[nodiscard]] std::int64_t take_cpu_ns() {
+    return cpu_ns_.exchange(0, std::memory_order_relaxed);
+  }
 
  private:
   struct Arena;

@@ -10,8 +10,8 @@ namespace cloister {
 
 /// How far it can be trusted that two submaps lie where the graph has them.
 enum class SharingTrust {
-  kFull,       ///< what one gives away may stay with the other for ever
-  kUncertain,  ///< the graph does not know well: only copies go, nothing is given
+  kFull,          ///< what one gives away may stay with the other for ever
+  kUncertain,     ///< the graph does not know well: only copies go, nothing is given
   kContradicted,  ///< the graph is sure, and what they see differs: one of two views goes
 };
 

@@ -153,7 +153,8 @@ TEST_CASE("of two submaps that may yet move, the further one drops its copies an
   }
 }
 
-TEST_CASE("of two views of a wall that the graph is sure of, the nearer one is left, however far aside") {
+TEST_CASE(
+    "of two views of a wall that the graph is sure of, the nearer one is left, however far aside") {
   for (const int num_vox : {0, -2, -5}) {
     CAPTURE(num_vox);
     TwoSubmaps s;

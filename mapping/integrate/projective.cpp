@@ -161,9 +161,8 @@ class Carver {
       Carver carver = mine.carver;
       carver.shared_ = nullptr;
       carver.result_ = {};
-      const ProjectiveResult result =
-          carver.decide(mine.shared.chunks, mine.next,
-                        mine.shared.decisions[static_cast<std::size_t>(worker)]);
+      const ProjectiveResult result = carver.decide(
+          mine.shared.chunks, mine.next, mine.shared.decisions[static_cast<std::size_t>(worker)]);
       // Sums that are read when all are done, which their caller orders.
       mine.nodes.fetch_add(result.nodes_tested, std::memory_order_relaxed);
       mine.free.fetch_add(result.blocks_free, std::memory_order_relaxed);

@@ -27,10 +27,9 @@ IntegrationResult ScanIntegrator::integrate(const ScanBeams& scan, const Eigen::
   marks_.mark_returns(scan);
   result.blocks_hit = marks_.num_blocks();
   if (scan.is_image()) {
-    const ProjectiveResult carved =
-        integrate_projective({scan.image(), evidence_, config_.voxel_size_m, config_.max_range_m,
-                              num_scans_, bare_turns_.turns(), marks_, pools, volume,
-                              shared_ ? &*shared_ : nullptr});
+    const ProjectiveResult carved = integrate_projective(
+        {scan.image(), evidence_, config_.voxel_size_m, config_.max_range_m, num_scans_,
+         bare_turns_.turns(), marks_, pools, volume, shared_ ? &*shared_ : nullptr});
     // The first scan asks everything, whatever the turns: it says nothing about them.
     if (num_scans_++ > 0) {
       bare_turns_.choose(carved.blocks_coarse - carved.blocks_in_turn, carved.blocks_in_turn);

@@ -25,7 +25,8 @@ class ScanWorkers {
 /// A chunk that a scan asks.
 struct ChunkTask {
   VoxelCoord corner;
-  const RangeImage::ColumnPose* pose;  ///< from where it is seen, and how well one pose tells (see NodePose)
+  const RangeImage::ColumnPose*
+      pose;  ///< from where it is seen, and how well one pose tells (see NodePose)
   float pose_share;
   bool is_free;  ///< it is seen through as a whole
 };
@@ -41,9 +42,9 @@ struct BlockDecision {
   std::uint16_t index;  ///< in the chunk
   std::uint8_t turns;   ///< of scans that ask the chunk
   Kind kind;
-  OctantMask octants;              ///< for kOctants
-  const ScanMarks::Marked* marked; ///< for kVoxels: the returns, or null
-  BlockBits free, crossed;         ///< for kVoxels
+  OctantMask octants;               ///< for kOctants
+  const ScanMarks::Marked* marked;  ///< for kVoxels: the returns, or null
+  BlockBits free, crossed;          ///< for kVoxels
 };
 
 /// The decisions of one worker. Real-time: no allocation after construction.

@@ -44,12 +44,13 @@ Pose fit_weighted(std::span<const NodePair> pairs) {
   middle_M /= sum;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   for (const NodePair& pair : pairs) {
-    covariance += pair.weight *
-                  ((pair.T_M_N.translation() - middle_M) *
-                       (pair.T_S_N.translation() - middle_S).transpose() +
-                   kLeverM * kLeverM * pair.T_M_N.linear() * pair.T_S_N.linear().transpose());
+    covariance +=
+        pair.weight *
+        ((pair.T_M_N.translation() - middle_M) * (pair.T_S_N.translation() - middle_S).transpose() +
+         kLeverM * kLeverM * pair.T_M_N.linear() * pair.T_S_N.linear().transpose());
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d U = svd.matrixU();
   if (U.determinant() * svd.matrixV().determinant() < 0) U.col(2) = -U.col(2);
   Pose T_M_S = Pose::Identity();

@@ -10,7 +10,8 @@ namespace {
 /// A walk of 2 m a node, with a turn to the left at each.
 Pose pose_of_node(NodeId id) {
   Pose T_M_N(Eigen::AngleAxisd(0.1 * static_cast<double>(id), Eigen::Vector3d::UnitZ()));
-  T_M_N.translation() = Eigen::Vector3d{2.0 * static_cast<double>(id), 0.1 * static_cast<double>(id * id), 0};
+  T_M_N.translation() =
+      Eigen::Vector3d{2.0 * static_cast<double>(id), 0.1 * static_cast<double>(id * id), 0};
   return T_M_N;
 }
 
@@ -26,7 +27,8 @@ GraphRevision walk(NodeId num_nodes) {
 /// The anchors of a submap with its frame at a place in M.
 SubmapAnchors anchored(const GraphRevision& revision, const Pose& T_M_S) {
   SubmapAnchors anchors;
-  for (const GraphNode& node : revision.graph.nodes) anchors.add(node.id, node.T_M_N.inverse() * T_M_S);
+  for (const GraphNode& node : revision.graph.nodes)
+    anchors.add(node.id, node.T_M_N.inverse() * T_M_S);
   return anchors;
 }
 
@@ -60,8 +62,10 @@ TEST_CASE("a graph that bends leaves a submap in the middle of its nodes") {
   GraphRevision revision = walk(9);
   const SubmapAnchors anchors = anchored(revision, Pose::Identity());
   // The ends go up by 0.1 m, the middle goes down by as much.
-  for (const NodeId id : {0, 1, 7, 8}) revision.graph.nodes[static_cast<std::size_t>(id)].T_M_N.translation().z() += 0.1;
-  for (const NodeId id : {3, 4, 5}) revision.graph.nodes[static_cast<std::size_t>(id)].T_M_N.translation().z() -= 0.1;
+  for (const NodeId id : {0, 1, 7, 8})
+    revision.graph.nodes[static_cast<std::size_t>(id)].T_M_N.translation().z() += 0.1;
+  for (const NodeId id : {3, 4, 5})
+    revision.graph.nodes[static_cast<std::size_t>(id)].T_M_N.translation().z() -= 0.1;
   const Pose T_M_S = *anchors.fit(revision);
   CHECK(std::abs((T_M_S * pose_of_node(4).translation()).z()) < 0.05);
   CHECK(std::abs((T_M_S * pose_of_node(0).translation()).z()) < 0.05);
@@ -70,7 +74,8 @@ TEST_CASE("a graph that bends leaves a submap in the middle of its nodes") {
 TEST_CASE("nodes that are torn away are let go, the root among them") {
   GraphRevision revision = walk(9);
   const SubmapAnchors anchors = anchored(revision, some_pose());
-  for (const std::size_t torn : {0U, 1U, 5U}) revision.graph.nodes[torn].T_M_N.translation().x() += 3;
+  for (const std::size_t torn : {0U, 1U, 5U})
+    revision.graph.nodes[torn].T_M_N.translation().x() += 3;
   CHECK(difference(*anchors.fit(revision), some_pose()) < 0.02);
 }
 

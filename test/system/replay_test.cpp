@@ -69,8 +69,7 @@ TEST_CASE("the map depends neither on the numbers of workers nor on the run" *
     CAPTURE(workers);
     const auto out = folder.path() / std::to_string(run++);
     const ProgramResult result = replay(
-        CLOISTER_HOUSE_MISSION, out,
-        std::string("--set spawn.min_overlap=0.85 --set ") + workers);
+        CLOISTER_HOUSE_MISSION, out, std::string("--set spawn.min_overlap=0.85 --set ") + workers);
     REQUIRE(result.exit_status == 0);
     const auto summary = read_json(out / "summary.json");
     CHECK(summary["fusions"]["accepted"].get<int>() > 0);
