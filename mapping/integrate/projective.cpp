@@ -1,10 +1,11 @@
 #include "mapping/integrate/projective.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
+
+#include "mapping/integrate/shared_scan.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "mapping/integrate/projective.cpp"
@@ -72,18 +73,16 @@ class Carver {
     return result_;
   }
 
-  /// Finds out what becomes of chunks, and leaves it to be done by another. Several at once, on one volume.
-  /// @param next  of the chunks, the first that no thread has taken
-  ProjectiveResult decide(const std::vector<ChunkTask>& chunks, std::atomic<std::size_t>& next,
-                          BlockDecisions& decisions) {
-    decisions_ = &decisions;
-    // Each number is taken once, and tells nothing else: relaxed order is enough.
-    while (decisions.takes_chunk()) {
-      const std::size_t i = next.fetch_add(1, std::memory_order_relaxed);
-      if (i >= chunks.size()) break;
-      ask_chunk(chunks[i]);
+  /// Finds out what becomes of a worker's chunks, as far as there is room to note it, and leaves it to be done by another.
+  /// Several at once, on one volume.
+  void decide(const std::vector<ChunkTask>& chunks, std::size_t stride, ScanShare& share) {
+    shared_ = nullptr;
+    decisions_ = &share.decisions;
+    result_ = {};
+    for (; share.next < chunks.size() && share.decisions.takes_chunk(); share.next += stride) {
+      ask_chunk(chunks[share.next]);
     }
-    return result_;
+    share.result = result_;
   }
 
  private:
@@ -153,36 +152,28 @@ class Carver {
     struct Round {
       const Carver& carver;
       SharedScan& shared;
-      std::atomic<std::size_t> next{0};
-      std::atomic<std::size_t> nodes{0}, free{0}, coarse{0}, in_turn{0}, mixed{0};
     } round{*this, *shared_};
     const auto work = [](void* context, int worker) {
-      Round& mine = *static_cast<Round*>(context);
+      const Round& mine = *static_cast<Round*>(context);
       Carver carver = mine.carver;
-      carver.shared_ = nullptr;
-      carver.result_ = {};
-      const ProjectiveResult result = carver.decide(
-          mine.shared.chunks, mine.next, mine.shared.decisions[static_cast<std::size_t>(worker)]);
-      // Sums that are read when all are done, which their caller orders.
-      mine.nodes.fetch_add(result.nodes_tested, std::memory_order_relaxed);
-      mine.free.fetch_add(result.blocks_free, std::memory_order_relaxed);
-      mine.coarse.fetch_add(result.blocks_coarse, std::memory_order_relaxed);
-      mine.in_turn.fetch_add(result.blocks_in_turn, std::memory_order_relaxed);
-      mine.mixed.fetch_add(result.blocks_mixed, std::memory_order_relaxed);
+      carver.decide(mine.shared.chunks, mine.shared.shares.size(),
+                    mine.shared.shares[static_cast<std::size_t>(worker)]);
     };
-    while (round.next.load(std::memory_order_relaxed) < shared_->chunks.size()) {
-      for (BlockDecisions& decisions : shared_->decisions) decisions.clear();
+    const auto is_left = [&](const ScanShare& share) {
+      return share.next < shared_->chunks.size();
+    };
+    std::vector<ScanShare>& shares = shared_->shares;
+    // Neighbours go to different workers: where much is to be looked into, all of them look.
+    for (std::size_t worker = 0; worker < shares.size(); ++worker) shares[worker].next = worker;
+    while (std::any_of(shares.begin(), shares.end(), is_left)) {
+      for (ScanShare& share : shares) share.decisions.clear();
       shared_->workers.run(work, &round);
-      for (const BlockDecisions& decisions : shared_->decisions) {
-        for (const BlockDecision& decision : decisions.all()) apply(decision);
+      for (const ScanShare& share : shares) {
+        result_ += share.result;
+        for (const BlockDecision& decision : share.decisions.all()) apply(decision);
       }
     }
     shared_->chunks.clear();
-    result_.nodes_tested += round.nodes;
-    result_.blocks_free += round.free;
-    result_.blocks_coarse += round.coarse;
-    result_.blocks_in_turn += round.in_turn;
-    result_.blocks_mixed += round.mixed;
   }
 
   /// Does what a worker has decided.

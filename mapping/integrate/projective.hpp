@@ -2,11 +2,12 @@
 
 #include "mapping/integrate/evidence.hpp"
 #include "mapping/integrate/scan_marks.hpp"
-#include "mapping/integrate/shared_scan.hpp"
 #include "mapping/scan/range_image.hpp"
 #include "mapping/voxel/volume.hpp"
 
 namespace cloister {
+
+struct SharedScan;
 
 /// What a projective integration works on.
 struct ProjectiveJob {
@@ -30,6 +31,16 @@ struct ProjectiveResult {
   std::size_t blocks_in_turn = 0;  ///< of these, asked because it was their turn
   std::size_t blocks_mixed = 0;    ///< decided voxel by voxel
   std::size_t voxels_declined = 0;
+
+  ProjectiveResult& operator+=(const ProjectiveResult& other) {
+    nodes_tested += other.nodes_tested;
+    blocks_free += other.blocks_free;
+    blocks_coarse += other.blocks_coarse;
+    blocks_in_turn += other.blocks_in_turn;
+    blocks_mixed += other.blocks_mixed;
+    voxels_declined += other.voxels_declined;
+    return *this;
+  }
 };
 
 /// Updates free space, coarse to fine. Nodes of 512, 256, ... 4 voxels are held against the range image's bounds:

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "mapping/integrate/projective.hpp"
 #include "mapping/integrate/scan_marks.hpp"
 #include "mapping/scan/range_image.hpp"
 
@@ -65,18 +66,26 @@ class BlockDecisions {
   std::size_t size_ = 0;
 };
 
+/// One worker's part: every so many-th chunk.
+struct ScanShare {
+  std::size_t next = 0;  ///< of its chunks, the first that is left
+  BlockDecisions decisions;
+  ProjectiveResult result;
+};
+
 /// What several threads need to share a scan. Reading the volume and deciding is theirs; changing it is left to one.
 struct SharedScan {
-  /// Chunks of some 16,000 blocks fit a worker's decisions: where there are more, it takes another round.
+  /// A worker's decisions have room for some 16,000 blocks: where there are more, it takes another round.
   explicit SharedScan(ScanWorkers& lent)
       : workers(lent),
-        decisions(static_cast<std::size_t>(std::max(1, lent.num())), BlockDecisions(1 << 14)) {
+        shares(static_cast<std::size_t>(std::max(1, lent.num())),
+               ScanShare{0, BlockDecisions(1 << 14), {}}) {
     chunks.reserve(1 << 14);
   }
 
   ScanWorkers& workers;
-  std::vector<ChunkTask> chunks;          ///< to be asked in this round
-  std::vector<BlockDecisions> decisions;  ///< [workers]
+  std::vector<ChunkTask> chunks;  ///< to be asked
+  std::vector<ScanShare> shares;  ///< [workers]
 };
 
 }  // namespace cloister
