@@ -36,4 +36,10 @@ using Pose = Eigen::Isometry3d;
 /// True when every entry is finite.
 [[nodiscard]] inline bool is_finite(const Pose& T_A_B) { return T_A_B.matrix().allFinite(); }
 
+/// True when a pose may be a place: finite, and not as far from the origin as nothing real is. Where an optimiser has
+/// diverged, coordinates are no places any more.
+[[nodiscard]] inline bool is_place(const Pose& T_A_B) {
+  return is_finite(T_A_B) && T_A_B.translation().cwiseAbs().maxCoeff() <= 1e9;
+}
+
 }  // namespace cloister

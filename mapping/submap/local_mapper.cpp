@@ -13,8 +13,6 @@ constexpr double kCorrectionLeverM = 5.0;
 constexpr double kReturnM = 1.5;
 // What is left of the overlap where a gateway opens into a wider place. A door comes down to little less than the limit.
 constexpr double kThresholdShare = 0.85;
-// Nothing real is as far from the origin: where an optimiser has diverged, coordinates are no places any more.
-constexpr double kMaxDistanceM = 1e9;
 
 /// How far a rigid change moves what the sensor sees around it, metres.
 double displacement_m(const Pose& T_before_after) {
@@ -80,7 +78,7 @@ bool LocalMapper::place(const Scan& scan, ScanOutcome& outcome) {
   std::size_t hint = 0;
   T_R_L_ = pose_at(scan.poses, scan.stamp, hint);
   T_M_L_ = T_M_R_ * T_R_L_;
-  if (!is_finite(T_M_L_) || T_M_L_.translation().cwiseAbs().maxCoeff() > kMaxDistanceM) {
+  if (!is_place(T_M_L_)) {
     outcome.refusal = ScanRefusal::kNoPose;
     return false;
   }

@@ -88,7 +88,7 @@ std::optional<Pose> SubmapAnchors::fit(const GraphRevision& revision) const {
   Pose T_M_S = Pose::Identity();
   for (std::size_t i = 0; i < size_; ++i) {
     const GraphNode* node = revision.node(anchors_[i].node);
-    if (node == nullptr) continue;
+    if (node == nullptr || !is_place(node->T_M_N)) continue;
     const Pose T_N_S = make_pose(anchors_[i].t_N_S, anchors_[i].q_N_S);
     if (num_pairs == 0) T_M_S = node->T_M_N * T_N_S;
     pairs[num_pairs] = {T_N_S.inverse(), node->T_M_N};

@@ -30,7 +30,8 @@ class SubmapAnchors {
   /// cannot follow; its pose is then the rigid one that leaves most of its nodes where the graph has them: the minimum
   /// of sum rho(|p_M - T_M_S p_S|^2 + l^2 |R_M - R_M_S R_S|^2) over the nodes' positions p and rotations R, where rho
   /// (Geman and McClure's) lets go of nodes that a wrong loop closure has torn away. Alternates between weights and the
-  /// closed form for weighted pairs (Umeyama 1991, without scale). Nodes that the revision does not have are left out.
+  /// closed form for weighted pairs (Umeyama 1991, without scale). Nodes that the revision does not have, or has nowhere
+  /// (see is_place), are left out.
   /// @return nothing when the revision has none of them; exactly what the first node says when all say the same
   [[nodiscard]] std::optional<Pose> fit(const GraphRevision& revision) const;
 

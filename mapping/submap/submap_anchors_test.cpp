@@ -1,6 +1,7 @@
 #include "mapping/submap/submap_anchors.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include <doctest/doctest.h>
 
@@ -87,6 +88,18 @@ TEST_CASE("nodes that a revision does not have are left out; without any there i
   revision.graph.nodes.clear();
   CHECK_FALSE(anchors.fit(revision));
   CHECK_FALSE(SubmapAnchors().fit(walk(3)));
+}
+
+TEST_CASE("nodes that have diverged are left out") {
+  for (const double nowhere : {1e300, std::numeric_limits<double>::quiet_NaN(), 1e10}) {
+    GraphRevision revision = walk(9);
+    const SubmapAnchors anchors = anchored(revision, some_pose());
+    revision.graph.nodes[0].T_M_N.translation().y() = nowhere;
+    revision.graph.nodes[5].T_M_N.translation().x() = -nowhere;
+    const auto T_M_S = anchors.fit(revision);
+    REQUIRE(T_M_S);
+    CHECK(difference(*T_M_S, some_pose()) < 1e-9);
+  }
 }
 
 TEST_CASE("a long submap is held by nodes from all of it, the root among them") {
