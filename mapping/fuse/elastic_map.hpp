@@ -81,8 +81,8 @@ class ElasticMap {
   [[nodiscard]] bool see_same_surfaces(const FusionCandidate& candidate, bool is_early) const;
   /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
   /// it (see share_places): with full trust where the graph is as certain of the pair as a fusion needs and both see the
-  /// surfaces of their place alike, else only copies, glimpses and second views go, unless they wait to be fused. Pairs of which neither has
-  /// taken up scans since are passed over.
+  /// surfaces of their place alike, else only copies, glimpses and second views go, unless they wait to be fused. Pairs of
+  /// which neither has taken up scans since are passed over.
   /// @return number of blocks that changed hands
   [[nodiscard]] std::size_t share_places();
   /// Makes b part of a. @return b's slot, emptied, or null (nothing changed) when the pools are too small

@@ -27,11 +27,11 @@ class SubmapAnchors {
   void add(const SubmapAnchors& other, const Pose& T_other_S);
 
   /// Where a revision has the submap. A graph that bends moves a submap's nodes against each other, which the submap
-  /// cannot follow; its pose is then the rigid one that leaves most of its nodes where the graph has them: the minimum
-  /// of sum rho(|p_M - T_M_S p_S|^2 + l^2 |R_M - R_M_S R_S|^2) over the nodes' positions p and rotations R, where rho
-  /// (Geman and McClure's) lets go of nodes that a wrong loop closure has torn away. Alternates between weights and the
-  /// closed form for weighted pairs (Umeyama 1991, without scale). Nodes that the revision does not have, or has nowhere
-  /// (see is_place), are left out.
+  /// cannot follow; its pose is then the rigid one that leaves most of its nodes where the graph has them. In turn: the
+  /// minimum of sum w (|p_M - T_M_S p_S|^2 + l^2 |R_M - R_M_S R_S|^2) over the nodes' positions p and rotations R, in closed
+  /// form (Umeyama 1991, without scale); and weights w (Geman and McClure's, of a node's shift and l times its turn) that
+  /// let go of nodes that a wrong loop closure has torn away. Nodes that the revision does not have, or has nowhere (see
+  /// is_place), are left out.
   /// @return nothing when the revision has none of them; exactly what the first node says when all say the same
   [[nodiscard]] std::optional<Pose> fit(const GraphRevision& revision) const;
 
