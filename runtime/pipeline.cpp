@@ -4,6 +4,7 @@
 #include <string>
 
 #include "mapping/core/vectors.hpp"
+#include "mapping/scan/scan_motion.hpp"
 #include "runtime/cpu_clock.hpp"
 
 namespace cloister {
@@ -264,8 +265,8 @@ void Pipeline::note(const ScanReport& report) {
   record_.submaps_peak = std::max<std::int64_t>(record_.submaps_peak, row.submaps);
   record_.map_bytes_peak = std::max(record_.map_bytes_peak, row.map_bytes);
 
-  std::size_t hint = 0;
-  placed_.push_back({row.stamp, outcome.node, outcome.submap, pose_at(report.scan->poses, row.stamp, hint)});
+  placed_.push_back(
+      {row.stamp, outcome.node, outcome.submap, ScanMotion(report.scan->poses).T_R_L(row.stamp)});
 }
 
 void Pipeline::finish() {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "mapping/scan/scan_motion.hpp"
 #include "mapping/overlap/voxel_overlap.hpp"
 
 namespace cloister {
@@ -30,8 +31,7 @@ CloisterMap::CloisterMap(const Config& config, std::size_t max_pixels, std::int6
 
 void CloisterMap::place(const Scan& scan, const Pose& T_S_R) {
   num_declined_ += beams_.assign(scan, T_S_R, config_);
-  std::size_t hint = 0;
-  sensor_S_ = (T_S_R * pose_at(scan.poses, scan.stamp, hint)).translation().cast<float>();
+  sensor_S_ = (T_S_R * ScanMotion(scan.poses).T_R_L(scan.stamp)).translation().cast<float>();
 }
 
 std::size_t CloisterMap::integrate_placed() {

@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "mapping/scan/scan_motion.hpp"
+
 namespace cloister {
 namespace {
 
@@ -16,19 +18,6 @@ constexpr float kBelowSensorM = 0.3f;
 constexpr int kColumnsApart = 4;
 // The point must lie this close to the line between them.
 constexpr float kMaxBendM = 0.03f;
-
-Pose pose_in_R(const Scan& scan, SensorTime stamp) {
-  const auto& poses = scan.poses;
-  const auto after =
-      std::lower_bound(poses.begin(), poses.end(), stamp,
-                       [](const PoseSample& p, SensorTime t) { return p.stamp < t; });
-  if (after == poses.begin()) return poses.front().T_R_L;
-  if (after == poses.end()) return poses.back().T_R_L;
-  const PoseSample& before = *std::prev(after);
-  const double fraction =
-      (stamp - before.stamp).seconds() / (after->stamp - before.stamp).seconds();
-  return interpolate(before.T_R_L, after->T_R_L, fraction);
-}
 
 /// Looks at the returns around a pixel. Points are in L: over so few columns the sensor hardly moves.
 class Neighbourhood {
@@ -126,7 +115,7 @@ std::vector<Beam> place_cloud(const PlacedScan& placed, const VoxelConfig& confi
 }  // namespace
 
 Pose sensor_pose(const PlacedScan& placed, SensorTime stamp) {
-  return placed.T_S_R * pose_in_R(placed.scan, stamp);
+  return placed.T_S_R * ScanMotion(placed.scan.poses).T_R_L(stamp);
 }
 
 std::vector<Beam> place_beams(const PlacedScan& placed, const VoxelConfig& config, int stride) {

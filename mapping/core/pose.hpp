@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include <Eigen/Geometry>
 
 namespace cloister {
@@ -24,13 +26,23 @@ using Pose = Eigen::Isometry3d;
   return T_A_B;
 }
 
+/// The rotation between two, along the shorter arc, at constant speed: to 0.3 microradians where they are close, as
+/// samples of one motion are; a chord serves there for the arc.
+[[nodiscard]] inline Eigen::Quaterniond interpolate(const Eigen::Quaterniond& q0,
+                                                    const Eigen::Quaterniond& q1, double fraction) {
+  constexpr double kNearCosine = 0.9998;  // of half the angle: 2.3 degrees
+  const double cosine = q0.dot(q1);
+  if (std::abs(cosine) < kNearCosine) return q0.slerp(fraction, q1);
+  const double toward = cosine < 0 ? -fraction : fraction;
+  return Eigen::Quaterniond((1.0 - fraction) * q0.coeffs() + toward * q1.coeffs()).normalized();
+}
+
 /// The pose between two poses: linear in translation, spherical in rotation.
 /// @param fraction 0 gives `T_A_B0`, 1 gives `T_A_B1`
 [[nodiscard]] inline Pose interpolate(const Pose& T_A_B0, const Pose& T_A_B1, double fraction) {
-  const Eigen::Quaterniond q0(T_A_B0.linear());
-  const Eigen::Quaterniond q1(T_A_B1.linear());
   return make_pose((1.0 - fraction) * T_A_B0.translation() + fraction * T_A_B1.translation(),
-                   q0.slerp(fraction, q1));
+                   interpolate(Eigen::Quaterniond(T_A_B0.linear()),
+                               Eigen::Quaterniond(T_A_B1.linear()), fraction));
 }
 
 /// True when every entry is finite.
@@ -40,6 +52,16 @@ using Pose = Eigen::Isometry3d;
 /// diverged, coordinates are no places any more.
 [[nodiscard]] inline bool is_place(const Pose& T_A_B) {
   return is_finite(T_A_B) && T_A_B.translation().cwiseAbs().maxCoeff() <= 1e9;
+}
+
+/// A rotation is felt at a distance: this far from the sensor, in metres, stands most of what a room's scan sees.
+inline constexpr double kLeverM = 5.0;
+
+/// How far a rigid change moves what the sensor sees around it: its shift, and the chord of its turn at kLeverM; metres.
+[[nodiscard]] inline double displacement_m(const Pose& T_before_after) {
+  // |R - I| is sqrt(8) sin(angle / 2).
+  const double chord = (T_before_after.linear() - Eigen::Matrix3d::Identity()).norm() / std::sqrt(2.0);
+  return T_before_after.translation().norm() + kLeverM * chord;
 }
 
 }  // namespace cloister

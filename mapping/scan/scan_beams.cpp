@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "mapping/scan/image_row.hpp"
+#include "mapping/scan/scan_motion.hpp"
 
 namespace cloister {
 namespace {
@@ -20,19 +21,6 @@ constexpr float kStillM = 5e-3f;
 
 }  // namespace
 
-Pose pose_at(const std::vector<PoseSample>& poses, SensorTime stamp, std::size_t& hint) {
-  if (poses.size() == 1 || stamp <= poses.front().stamp) return poses.front().T_R_L;
-  if (stamp >= poses.back().stamp) return poses.back().T_R_L;
-  while (hint > 0 && poses[hint].stamp > stamp) --hint;
-  while (hint + 2 < poses.size() && poses[hint + 1].stamp <= stamp) ++hint;
-  const PoseSample& before = poses[hint];
-  const PoseSample& after = poses[hint + 1];
-  const double span_ns = static_cast<double>((after.stamp - before.stamp).ns);
-  if (span_ns <= 0) return after.T_R_L;
-  return interpolate(before.T_R_L, after.T_R_L,
-                     static_cast<double>((stamp - before.stamp).ns) / span_ns);
-}
-
 ScanBeams::ScanBeams(std::size_t max_points) : max_points_(max_points) {
   image_.reserve(max_points);
   rays_.reserve(max_points);
@@ -47,7 +35,7 @@ void ScanBeams::place_columns(const Scan& scan, const Pose& T_S_R) {
   const std::size_t stride = 2 * static_cast<std::size_t>(columns);
   column_pose_.resize(kPoseEntries * stride);
   image_.poses.resize(static_cast<std::size_t>(columns));
-  std::size_t hint = 0;
+  ScanMotion motion(scan.poses);
   Pose T_S_L = T_S_R * scan.poses.front().T_R_L;
   Pose T_S_first = T_S_L;
   bool is_first = true;
@@ -56,7 +44,7 @@ void ScanBeams::place_columns(const Scan& scan, const Pose& T_S_R) {
   for (int column = 0; column < columns; ++column) {
     // A lost column was where the one before it was.
     if (scan.column_valid[column]) {
-      T_S_L = T_S_R * pose_at(scan.poses, scan.column_stamps[column], hint);
+      T_S_L = T_S_R * motion.T_R_L(scan.column_stamps[column]);
       if (is_first) T_S_first = T_S_L;
       is_first = false;
       const double trace =
@@ -170,10 +158,10 @@ void ScanBeams::add_ray(const Eigen::Vector3f& origin_S, const Eigen::Vector3f& 
 
 void ScanBeams::assign_beams(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
   const ScanGeometry& geometry = *scan.geometry;
-  std::size_t hint = 0;
+  ScanMotion motion(scan.poses);
   for (int column = 0; column < geometry.num_columns; ++column) {
     if (!scan.column_valid[column]) continue;
-    const Pose T_S_L = T_S_R * pose_at(scan.poses, scan.column_stamps[column], hint);
+    const Pose T_S_L = T_S_R * motion.T_R_L(scan.column_stamps[column]);
     const Eigen::Matrix3f R_S_L = T_S_L.linear().cast<float>();
     const Eigen::Vector3f t_S_L = T_S_L.translation().cast<float>();
     for (int beam = 0; beam < geometry.num_beams; ++beam) {
@@ -187,8 +175,7 @@ void ScanBeams::assign_beams(const Scan& scan, const Pose& T_S_R, const VoxelCon
 }
 
 void ScanBeams::assign_cloud(const Scan& scan, const Pose& T_S_R, const VoxelConfig& config) {
-  std::size_t hint = 0;
-  const Pose T_S_L = T_S_R * pose_at(scan.poses, scan.stamp, hint);
+  const Pose T_S_L = T_S_R * ScanMotion(scan.poses).T_R_L(scan.stamp);
   const Eigen::Matrix3f R_S_L = T_S_L.linear().cast<float>();
   const Eigen::Vector3f t_S_L = T_S_L.translation().cast<float>();
   for (const Eigen::Vector3f& point_L : scan.points_L) {

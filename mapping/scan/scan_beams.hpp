@@ -82,9 +82,4 @@ class ScanBeams {
   std::size_t num_declined_ = 0;
 };
 
-/// The sensor's pose at a stamp, interpolated between the scan's samples and held constant outside them.
-/// @param hint  index of a sample at or before the stamp to begin the search with; moved to the one found
-[[nodiscard]] Pose pose_at(const std::vector<PoseSample>& poses, SensorTime stamp,
-                           std::size_t& hint);
-
 }  // namespace cloister

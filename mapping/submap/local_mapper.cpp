@@ -1,24 +1,17 @@
 #include "mapping/submap/local_mapper.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
+
+#include "mapping/scan/scan_motion.hpp"
 
 namespace cloister {
 namespace {
 
-// A rotation is felt at a distance: this far from the sensor stands most of what a room's scan sees.
-constexpr double kCorrectionLeverM = 5.0;
 // This near to a node of an older submap the sensor is back in its place.
 constexpr double kReturnM = 1.5;
 // What is left of the overlap where a gateway opens into a wider place. A door comes down to little less than the limit.
 constexpr double kThresholdShare = 0.85;
-
-/// How far a rigid change moves what the sensor sees around it, metres.
-double displacement_m(const Pose& T_before_after) {
-  const double angle_rad = Eigen::AngleAxisd(T_before_after.linear()).angle();
-  return T_before_after.translation().norm() + kCorrectionLeverM * std::abs(angle_rad);
-}
 
 }  // namespace
 
@@ -75,8 +68,7 @@ bool LocalMapper::place(const Scan& scan, ScanOutcome& outcome) {
     }
     T_M_R_ = node->T_M_N;
   }
-  std::size_t hint = 0;
-  T_R_L_ = pose_at(scan.poses, scan.stamp, hint);
+  T_R_L_ = ScanMotion(scan.poses).T_R_L(scan.stamp);
   T_M_L_ = T_M_R_ * T_R_L_;
   if (!is_place(T_M_L_)) {
     outcome.refusal = ScanRefusal::kNoPose;

@@ -9,8 +9,6 @@
 namespace cloister {
 namespace {
 
-// A rotation is felt at a distance: most of what a submap holds is this far from its nodes.
-constexpr double kLeverM = 5;
 // Nodes that say the same to this have not been moved against each other.
 constexpr double kSameM = 1e-6;
 // How far from the others a node counts half, as the fit goes on: from all of them to those that agree.
@@ -23,12 +21,9 @@ struct NodePair {
   double weight = 1;
 };
 
+/// How far a node lies from where the submap's pose would have it.
 double distance_m(const Pose& T_M_S, const NodePair& pair) {
-  const double shift_m = (pair.T_M_N.translation() - T_M_S * pair.T_S_N.translation()).norm();
-  // |R1 - R2| is sqrt(8) sin(angle / 2).
-  const double turn =
-      (pair.T_M_N.linear() - T_M_S.linear() * pair.T_S_N.linear()).norm() / std::sqrt(2.0);
-  return shift_m + kLeverM * turn;
+  return displacement_m(pair.T_M_N.inverse() * T_M_S * pair.T_S_N);
 }
 
 /// The closed form for given weights.
