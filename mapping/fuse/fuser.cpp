@@ -57,52 +57,6 @@ bool has_room(const std::vector<BlockCoord>& reached, const VoxelPools& pools, c
   return new_blocks <= pools.blocks.num_free() && new_chunks.size() <= pools.chunks.num_free();
 }
 
-/// What a volume says at the middle of another grid's voxels, weighed between its own voxels around that place.
-class Interpolation {
- public:
-  Interpolation(const VoxelStore& store, const Volume& from, const Pose& T_from_into,
-                double voxel_size_m, int most)
-      : store_(store),
-        from_(from),
-        most_(most),
-        R_(T_from_into.linear()),
-        t_vox_(T_from_into.translation() / voxel_size_m) {}
-
-  /// True when one grid's voxels are the other's: then there is nothing to weigh.
-  [[nodiscard]] bool grids_agree() const {
-    return R_.isIdentity(1e-9) && (t_vox_.array() - t_vox_.array().round()).abs().maxCoeff() < 1e-6;
-  }
-
-  /// kUnknownLogOdds when the weighed evidence cancels out.
-  [[nodiscard]] LogOdds at(const VoxelCoord& voxel_into) const {
-    // From the middles of voxels: a whole number is where one voxel's word counts alone.
-    const Eigen::Vector3d p_vox =
-        ((R_ * (voxel_into.cast<double>().array() + 0.5).matrix() + t_vox_).array() - 0.5).matrix();
-    const VoxelCoord low = p_vox.array().floor().matrix().cast<int>();
-    const Eigen::Vector3d upper_weight = p_vox - low.cast<double>();
-    double sum = 0, weights = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      const VoxelCoord step(corner & 1, corner >> 1 & 1, corner >> 2);
-      const LogOdds value = from_.at(store_, low + step);
-      if (value == kUnknownLogOdds) continue;
-      double weight = 1;
-      for (int axis = 0; axis < 3; ++axis)
-        weight *= step[axis] == 1 ? upper_weight[axis] : 1 - upper_weight[axis];
-      // Occupied voxels go higher than free ones go low: equally sure ones must count alike, or surfaces would grow.
-      sum += weight * std::min<int>(value, most_);
-      weights += weight;
-    }
-    return weights > 0 ? static_cast<LogOdds>(std::lround(sum / weights)) : kUnknownLogOdds;
-  }
-
- private:
-  const VoxelStore& store_;
-  const Volume& from_;
-  int most_;
-  Eigen::Matrix3d R_;
-  Eigen::Vector3d t_vox_;
-};
-
 }  // namespace
 
 bool fuse_volume(const Volume& from, const Pose& T_from_into, const VoxelConfig& config,
@@ -111,10 +65,9 @@ bool fuse_volume(const Volume& from, const Pose& T_from_into, const VoxelConfig&
   const int highest = log_odds_steps(config.log_odds_max);
   const std::vector<BlockCoord> reached =
       blocks_reached(pools.store, from, T_from_into.inverse(), config.voxel_size_m);
-  BlockSampler sampler(pools.store, from, T_from_into, config.voxel_size_m);
+  BlockSampler sampler(pools.store, from, T_from_into, config.voxel_size_m, -lowest);
   if (!has_room(reached, pools, into, sampler)) return false;
-  const Interpolation weighed(pools.store, from, T_from_into, config.voxel_size_m, -lowest);
-  const bool grids_agree = weighed.grids_agree();
+  const bool grids_agree = sampler.grids_agree();
 
   for (const BlockCoord& coord : reached) {
     const std::optional<LogOdds> under = sampler.gather(coord);
@@ -147,7 +100,7 @@ bool fuse_volume(const Volume& from, const Pose& T_from_into, const VoxelConfig&
           // A surface lies anywhere in its voxel, so the nearest voxel of the other grid can be the next one to it: taken
           // as it is, every fusion would thicken surfaces here and wear them away there.
           if (voxel != kUnknownLogOdds && !grids_agree) {
-            evidence = weighed.at(coord * kBlockEdge + VoxelCoord(x, y, z));
+            evidence = sampler.weighed_at(x, y, z);
             if (evidence == kUnknownLogOdds) continue;
           }
           voxel = add_log_odds(voxel, evidence, lowest, highest);

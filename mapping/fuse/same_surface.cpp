@@ -119,6 +119,7 @@ double known_ratio(const VoxelStore& store, const BlockView& view, const Volume&
                    const Eigen::Vector3f& middle_into, float block_m) {
   const BlockView held =
       into.view(store, (middle_into / block_m).array().floor().matrix().cast<int>());
+  if (held.is_unknown()) return 0;
   return static_cast<double>(count_known(held)) / static_cast<double>(count_known(view));
 }
 
