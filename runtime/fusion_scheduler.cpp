@@ -85,7 +85,6 @@ void FusionScheduler::handle(const SchedulerCommand& command) {
                               .stamp = command.stamp,
                               .count = static_cast<std::int64_t>(revision_->graph.nodes.size())});
   }
-  const Pose T_M_closed = command.finished != nullptr ? command.finished->T_M_S : Pose::Identity();
   // Who has just come back to a place knows little of it yet: too little to tell a place from one like it, and where the
   // graph is wrong all of that would go.
   const bool is_early = command.give_back && command.revision == nullptr;
@@ -97,7 +96,7 @@ void FusionScheduler::handle(const SchedulerCommand& command) {
     Submap* fused = map_.lend(finished_id);
     MapReturn item;
     item.fused = fused;
-    item.T_S_closed = fused->T_M_S.inverse() * T_M_closed;
+    item.T_S_closed = map_.T_survivor_S(finished_id);
     push(item);
   }
 }
@@ -170,17 +169,19 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp,
     record_.events.push_back(event);
     return;
   }
-  if (!map_.see_same_surfaces(candidate, is_early)) {
+  const StopWatch fuse_watch;
+  const std::optional<SurfaceAlignment> alignment = map_.agree(candidate, is_early);
+  if (!alignment) {
+    record_.cpu_fusion_ns += fuse_watch.cpu_ns();
     ++record_.rejected_by_overlap;
     event.reason = "surfaces";
     record_.events.push_back(event);
     return;
   }
   const auto bytes_before = static_cast<std::int64_t>(a.volume.bytes() + b.volume.bytes());
-  const StopWatch fuse_watch;
   Submap* emptied = nullptr;
   try {
-    emptied = map_.fuse(candidate);
+    emptied = map_.fuse(candidate, alignment->T_b_a);
   } catch (const std::bad_alloc&) {
     // Its lists are made before the first voxel is touched: the pair stays as it was.
   }
@@ -194,6 +195,7 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp,
   }
   ++record_.accepted;
   event.kind = EventKind::kFusionAccepted;
+  event.shift_m = alignment->shift_m;
   event.reason = candidate.by_loop ? "loop" : "overlap";
   record_.events.push_back(event);
   // Sums that only the reports read: relaxed order is enough.

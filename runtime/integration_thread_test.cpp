@@ -86,7 +86,8 @@ struct Walk {
   SpscQueue<SchedulerCommand> scheduler{64};
   Doorbell bell, scheduler_bell, reader_bell;
   FinishedTotals finished;
-  LocalMapper mapper{(config.memory.max_submaps = 4, config.spawn.return_travel_m = 1, config),
+  LocalMapper mapper{(config.memory.max_submaps = 4, config.spawn.return_travel_m = 1,
+                      config.spawn.max_travel_m = 0, config),
                      store};
   IntegrationThread thread{
       mapper,

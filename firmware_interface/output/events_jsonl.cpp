@@ -27,6 +27,7 @@ void put_pair(Json& json, const Event& event) {
                      or_null(event.sigma_m[2])};
   json["root_a"] = or_null(event.node_a);
   json["root_b"] = or_null(event.node_b);
+  put_if_known(json, "shift_m", event.shift_m);
 }
 
 Json event_json(const Event& event) {

@@ -19,7 +19,8 @@ namespace cloister {
 /// | spawn                        | submap, overlap_ratio, root_node                              |
 /// | loop_closure                 | node_a, node_b, a, b                                          |
 /// | overlap_checked,             | a, b, ratio_a, ratio_b, sigma_m[3], root_a, root_b;           |
-/// | fusion_accepted, _rejected   | always there, null where not measured                         |
+/// | fusion_accepted, _rejected   | always there, null where not measured; of an accepted fusion, |
+/// |                              | shift_m: how far surfaces laid b from where the graph has it  |
 /// | graph_updated                | nodes                                                         |
 /// | spill, reload, degrade, drop | submap, count                                                 |
 ///

@@ -141,6 +141,7 @@ inline MissionRecord make_test_mission() {
                       {0.011, 0.012, 0.031},
                       20,
                       70});
+  r.events.back().shift_m = 0.08;
   r.events.push_back(
       {EventKind::kOverlapChecked, at(33), "box", 3, 6, std::nan(""), 0.02, {-1, -1, -1}, 30, 60});
   r.events.push_back({EventKind::kFusionRejected,

@@ -207,6 +207,7 @@ TEST_CASE("every line of events.jsonl is an object with a stamp and a documented
   CHECK(accepted.at("sigma_m") == std::vector<double>{0.011, 0.012, 0.031});
   CHECK(accepted.at("root_a") == 20);
   CHECK(accepted.at("root_b") == 70);
+  CHECK(accepted.at("shift_m") == 0.08);
   CHECK(accepted.at("reason") == "loop");
 }
 

@@ -40,6 +40,10 @@ struct VoxelConfig {
 /// Who comes back to a known place begins a submap all the same: what the sensor sees from the door tells little. Once it has
 /// gone `return_travel_m`, and beside a node of an older submap, the new one is closed and compared; if the two may be
 /// fused they are, and the mapper goes on in what they have become.
+///
+/// A submap is rigid, odometry is not: at 0.5 % it drifts half a voxel to a voxel within `max_travel_m`. So a submap ends
+/// there, however much of it is still in sight, and is laid on what is known of the place by its surfaces before it is
+/// fused with it.
 struct SpawnConfig {
   double min_overlap = 0.65;     ///< R_point at or below which a scan starts a new submap
   int min_scans = 2;             ///< so many scans in a row, at least; clouds that stand alone need no second
@@ -47,6 +51,7 @@ struct SpawnConfig {
   double cloud_lag_m = 2.0;      ///< a scan joins its submap's cloud once the sensor has moved this far from it
   double max_threshold_m = 10.0; ///< how far a submap goes on in which, as in the one before, no scan is at home
   double return_travel_m = 5.0;  ///< back in a known place, a submap asks so early to join it; 0: only once it is finished
+  double max_travel_m = 10.0;    ///< a submap ends where odometry has drifted a voxel since it began or was joined; 0: never
   double min_covisibility = 0.5; ///< share of a submap's scans that must see a place for it to count as part of it
   double max_correction_m = 0.065;  ///< a graph correction that shifts the present place further starts a new submap
   double baseline_distance_m = 10.0;  ///< distance travelled per submap in baseline mode

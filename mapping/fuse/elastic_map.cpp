@@ -102,8 +102,15 @@ void ElasticMap::note_loops(const GraphRevision& revision) {
 
 SubmapId ElasticMap::survivor(SubmapId id) const {
   for (auto it = fused_into_.find(id); it != fused_into_.end(); it = fused_into_.find(id))
-    id = it->second;
+    id = it->second.into;
   return id;
+}
+
+Pose ElasticMap::T_survivor_S(SubmapId id) const {
+  Pose T = Pose::Identity();
+  for (auto it = fused_into_.find(id); it != fused_into_.end(); it = fused_into_.find(it->second.into))
+    T = it->second.T_into_S * T;
+  return T;
 }
 
 bool ElasticMap::joined_by_loop(SubmapId a, SubmapId b) const {
@@ -248,16 +255,22 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
   return judgement;
 }
 
-double ElasticMap::share_same_surfaces(const Submap& a, const Submap& b) const {
-  const Pose T_b_a = b.T_M_S.inverse() * a.T_M_S;
+double ElasticMap::share_same_surfaces(const Submap& a, const Submap& b, const Pose& T_b_a) const {
   return compare_surfaces(store_, a.volume, b.volume, T_b_a, config_.voxel.voxel_size_m)
       .share_same();
 }
 
-bool ElasticMap::see_same_surfaces(const FusionCandidate& candidate, bool is_early) const {
-  return config_.baseline || share_same_surfaces(*entries_.at(candidate.a).submap,
-                                                 *entries_.at(candidate.b).submap) >=
-                                 (is_early ? kMinSameSurfaceEarly : kMinSameSurface);
+std::optional<SurfaceAlignment> ElasticMap::agree(const FusionCandidate& candidate,
+                                                  bool is_early) const {
+  const Submap& a = *entries_.at(candidate.a).submap;
+  const Submap& b = *entries_.at(candidate.b).submap;
+  const Pose T_b_a = b.T_M_S.inverse() * a.T_M_S;
+  if (config_.baseline) return SurfaceAlignment{T_b_a, 0};
+  const SurfaceAlignment alignment = align_surfaces(store_, a.volume, b.volume, T_b_a,
+                                                    config_.fusion.max_sigma_m, config_.voxel.voxel_size_m);
+  if (share_same_surfaces(a, b, alignment.T_b_a) < (is_early ? kMinSameSurfaceEarly : kMinSameSurface))
+    return std::nullopt;
+  return alignment;
 }
 
 bool ElasticMap::have_shared(SubmapId a, SubmapId b) const {
@@ -299,7 +312,7 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
   if (!judge({ids.first, ids.second, joined_by_loop(ids.first, ids.second), {}}).is_accepted) {
     sharing.trust = SharingTrust::kUncertain;
   } else if (before != SharingTrust::kContradicted) {
-    sharing.trust = share_same_surfaces(*a.submap, *b.submap) >= kMinSameSurface
+    sharing.trust = share_same_surfaces(*a.submap, *b.submap, T_b_a) >= kMinSameSurface
                         ? SharingTrust::kFull
                         : SharingTrust::kContradicted;
   }
@@ -318,11 +331,10 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
   return *moved;
 }
 
-Submap* ElasticMap::fuse(const FusionCandidate& candidate) {
+Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
   Entry& a = entries_.at(candidate.a);
   const auto b_entry = entries_.find(candidate.b);
   Submap* b = b_entry->second.submap;
-  const Pose T_b_a = b->T_M_S.inverse() * a.submap->T_M_S;
   if (!fuse_volume(b->volume, T_b_a, config_.voxel, pools_, a.submap->volume)) return nullptr;
 
   a.submap->merged_from.push_back(b->id);
@@ -333,12 +345,14 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate) {
   a.submap->path.add(b->path, T_b_a.inverse());
   a.submap->note_node(b->first_node);
   a.submap->note_node(b->last_node);
+  // Both kinds of nodes have a say in where it lies now.
+  if (revision_ != nullptr) apply_graph(*a.submap, *revision_);
   ++a.num_sources;
   refresh(a);
   b->volume.clear(pools_);
   b->reset();
   entries_.erase(b_entry);
-  fused_into_[candidate.b] = candidate.a;
+  fused_into_[candidate.b] = {candidate.a, T_b_a.inverse()};
   const auto is_of_b = [&](const auto& item) {
     return item.first.first == candidate.b || item.first.second == candidate.b;
   };

@@ -10,6 +10,7 @@
 #include "mapping/core/config.hpp"
 #include "mapping/fuse/place_sharing.hpp"
 #include "mapping/fuse/same_surface.hpp"
+#include "mapping/fuse/surface_alignment.hpp"
 #include "mapping/graph/graph_revision.hpp"
 #include "mapping/graph/relative_uncertainty.hpp"
 #include "mapping/overlap/voxel_overlap.hpp"
@@ -75,18 +76,21 @@ class ElasticMap {
   /// The pair to judge next, the one that shares most volume and sight, or nothing. Each pair comes once a comparison and, if refused, once a loop closure.
   [[nodiscard]] std::optional<FusionCandidate> next_candidate();
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
-  /// False when the two see the surfaces of their place apart (see compare_surfaces): the graph is wrong about them.
-  /// Always true in baseline mode.
+  /// Where the two lie against each other by the graph and, around its word, by their surfaces (see align_surfaces).
+  /// Nothing when they see the surfaces of their place apart even so (see compare_surfaces): the graph is wrong about
+  /// them. In baseline mode the graph's word, always.
   /// @param is_early  one of them has hardly begun: nearly all that it shows must agree
-  [[nodiscard]] bool see_same_surfaces(const FusionCandidate& candidate, bool is_early) const;
+  [[nodiscard]] std::optional<SurfaceAlignment> agree(const FusionCandidate& candidate, bool is_early) const;
   /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
   /// it (see share_places): with full trust where the graph is as certain of the pair as a fusion needs and both see the
   /// surfaces of their place alike, else only copies, glimpses and second views go, unless they wait to be fused. Pairs of
   /// which neither has taken up scans since are passed over.
   /// @return number of blocks that changed hands
   [[nodiscard]] std::size_t share_places();
-  /// Makes b part of a. @return b's slot, emptied, or null (nothing changed) when the pools are too small
-  [[nodiscard]] Submap* fuse(const FusionCandidate& candidate);
+  /// Makes b part of a.
+  /// @param T_b_a  pose of a's frame in b's
+  /// @return b's slot, emptied, or null (nothing changed) when the pools are too small
+  [[nodiscard]] Submap* fuse(const FusionCandidate& candidate, const Pose& T_b_a);
 
   /// True when the pair was recorded as one place seen twice.
   [[nodiscard]] bool overlaps_enough(const PairCheck& checked) const;
@@ -96,6 +100,8 @@ class ElasticMap {
   [[nodiscard]] SubmapId owner(NodeId node) const;
   /// The submap that an id has become by fusions so far.
   [[nodiscard]] SubmapId survivor(SubmapId id) const;
+  /// Pose of a submap's frame in the one it has become.
+  [[nodiscard]] Pose T_survivor_S(SubmapId id) const;
   /// True when a loop closure joins the two.
   [[nodiscard]] bool joined_by_loop(SubmapId a, SubmapId b) const;
   [[nodiscard]] std::vector<const Submap*> submaps() const;
@@ -134,7 +140,7 @@ class ElasticMap {
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
   [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
-  [[nodiscard]] double share_same_surfaces(const Submap& a, const Submap& b) const;
+  [[nodiscard]] double share_same_surfaces(const Submap& a, const Submap& b, const Pose& T_b_a) const;
   void note_nodes(const Submap& submap);
   void note_loops(const GraphRevision& revision);
   void refresh(Entry& entry);
@@ -148,7 +154,11 @@ class ElasticMap {
   std::map<SubmapId, Entry> entries_;
   std::map<Pair, Comparison> comparisons_;
   std::map<Pair, Sharing> sharings_;
-  std::map<SubmapId, SubmapId> fused_into_;
+  struct Fused {
+    SubmapId into = kNoSubmap;
+    Pose T_into_S = Pose::Identity();
+  };
+  std::map<SubmapId, Fused> fused_into_;
   std::map<NodeId, SubmapId> node_owner_;  ///< the first submap that holds a node's scans
   std::map<SubmapId, NodeId> root_at_spawn_;
   std::vector<std::pair<NodeId, NodeId>> loops_;  ///< all loop closures so far, (older, newer)

@@ -4,6 +4,8 @@
 
 #include <doctest/doctest.h>
 
+#include "mapping/fuse/walls_for_tests.hpp"
+
 namespace cloister {
 namespace {
 
@@ -75,8 +77,11 @@ struct Fixture {
       if (!candidate) return num_fused;
       last_judgement = map.judge(*candidate);
       num_judged += 1;
-      if (last_judgement.is_accepted) num_fused += map.fuse(*candidate) != nullptr;
+      if (last_judgement.is_accepted) num_fused += map.fuse(*candidate, T_b_a(*candidate)) != nullptr;
     }
+  }
+  Pose T_b_a(const FusionCandidate& pair) const {
+    return map.find(pair.b)->T_M_S.inverse() * map.find(pair.a)->T_M_S;
   }
   Config config;
   VoxelStore store;
@@ -99,6 +104,51 @@ TEST_CASE("two submaps of one place are fused and the memory of one is returned"
   CHECK(f.map.survivor(1) == 0);
   CHECK(f.map.submaps()[0]->merged_from == std::vector<SubmapId>{1});
   CHECK(f.map.pools().blocks.num_free() == free_blocks + 16);
+}
+
+TEST_CASE("a submap and its path go where a fusion lays them, whatever the graph says") {
+  Fixture f;
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&graph);
+  Submap* into = f.finished(0, 0, 3);
+  f.map.add(into);
+  f.map.add(f.finished(1, 9, 3));
+  CHECK(f.map.T_survivor_S(1).isApprox(Pose::Identity()));
+  Pose T_b_a = Pose::Identity();
+  T_b_a.translation() = Eigen::Vector3d(-0.65, 1.3, 0);
+  CHECK(f.map.fuse({0, 1, true, {}}, T_b_a) != nullptr);
+  CHECK(f.map.T_survivor_S(1).isApprox(T_b_a.inverse()));
+  CHECK(f.map.T_survivor_S(0).isApprox(Pose::Identity()));
+  const Eigen::Vector3f moved = into->path.points()[1] - into->path.points()[0];
+  CHECK(moved.isApprox(Eigen::Vector3f(0.65f, -1.3f, 0), 1e-4f));
+}
+
+TEST_CASE("before two submaps are fused their surfaces are laid on each other, if they are of one place") {
+  Config config;
+  VoxelStore store(6000, 200);
+  ElasticMap map(config, store);
+  map.pools().take_all();
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  map.set_graph(&graph);
+  std::array<Submap, 3> slots;
+  const auto add = [&](SubmapId id, NodeId root, const Pose& T_W_S) {
+    Submap& submap = slots[static_cast<std::size_t>(id)];
+    submap.id = id;
+    Pose T_root_S = Pose::Identity();
+    T_root_S.translation().x() = -2.0 * static_cast<double>(root);
+    submap.bind(root, T_root_S);
+    submap.volume = view_of_walls(tilted_room(), T_W_S, map.pools(), config.voxel.voxel_size_m);
+    map.add(&submap);
+  };
+  // The graph has all three at the origin.
+  const Pose aside = make_pose({0.14, -0.1, 0.03}, Eigen::Quaterniond::Identity());
+  add(0, 0, Pose::Identity());
+  add(1, 9, aside);
+  add(2, 9, make_pose({0.9, 0.6, 0}, Eigen::Quaterniond(0.95, 0, 0, 0.3)));
+  const auto agreed = map.agree({0, 1, true, {}}, false);
+  REQUIRE(agreed.has_value());
+  CHECK((agreed->T_b_a.translation() + aside.translation()).norm() < 0.03);
+  CHECK_FALSE(map.agree({0, 2, true, {}}, false).has_value());
 }
 
 TEST_CASE("submaps of different places are not even compared") {

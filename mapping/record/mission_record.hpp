@@ -58,6 +58,7 @@ struct Event {
   NodeId node_a = kNoNode;  ///< root of a, or a loop closure's ends
   NodeId node_b = kNoNode;
   std::int64_t count = -1;  ///< e.g. nodes of a graph update, voxels declined; < 0: none
+  double shift_m = -1;      ///< how far surfaces laid a fused pair from the graph's word; < 0: none
 };
 
 /// Median, percentiles and maximum of a set of durations in milliseconds; zeros when there were

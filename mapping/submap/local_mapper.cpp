@@ -1,6 +1,7 @@
 #include "mapping/submap/local_mapper.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "mapping/scan/scan_motion.hpp"
@@ -26,6 +27,7 @@ LocalMapper::LocalMapper(const Config& config, VoxelStore& store, ScanWorkers* w
 
 bool LocalMapper::set_graph(const GraphRevision* revision) {
   revision_ = revision;
+  if (const std::optional<Pose> T_M_S = closed_.anchors.fit(*revision)) closed_.T_M_A = *T_M_S * closed_.T_S_A;
   if (active_ == nullptr) return false;
   apply_graph(*active_, *revision);
   if (travel_m_ < config_.fusion.min_active_travel_m || active_->first_node == kNoNode) return false;
@@ -38,14 +40,17 @@ bool LocalMapper::set_graph(const GraphRevision* revision) {
 Submap* LocalMapper::close(SpawnReason next_reason) {
   next_reason_ = next_reason;
   last_.is_valid = false;
+  if (active_ != nullptr) closed_ = {active_->anchors, T_S_A_, T_M_A()};
   return std::exchange(active_, nullptr);
 }
 
 Submap* LocalMapper::adopt(Submap* fused, const Pose& T_S_closed) {
   if (revision_ != nullptr) apply_graph(*fused, *revision_);
   Submap* meanwhile = active_;
-  T_S_C_ = (meanwhile != nullptr ? Pose(fused->T_M_S.inverse() * meanwhile->T_M_S) : T_S_closed) * T_S_C_;
+  const Pose T_M_cloud = (meanwhile != nullptr ? T_M_A() : closed_.T_M_A) * T_S_C_;
   active_ = fused;
+  T_S_A_ = fused->T_M_S.inverse() * closed_.T_M_A * T_S_closed.inverse();
+  T_S_C_ = T_M_A().inverse() * T_M_cloud;
   last_.is_valid = false;
   travel_m_ = 0;
   strange_scans_ = 0;
@@ -77,7 +82,7 @@ bool LocalMapper::place(const Scan& scan, ScanOutcome& outcome) {
   outcome.T_M_L = T_M_L_;
   outcome.node = scan.node;
   if (active_ != nullptr) {
-    outcome.returns_declined = beams_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
+    outcome.returns_declined = beams_.assign(scan, T_M_A().inverse() * T_M_R_, config_.voxel);
   }
   return true;
 }
@@ -90,7 +95,7 @@ double LocalMapper::present_shift_m(const Scan& scan) const {
   }
   const GraphNode* node = revision_ != nullptr ? revision_->node(last_.node) : nullptr;
   if (node == nullptr) return 0;
-  return displacement_m(last_.T_S_L.inverse() * active_->T_M_S.inverse() * node->T_M_N * last_.T_R_L);
+  return displacement_m(last_.T_S_L.inverse() * T_M_A().inverse() * node->T_M_N * last_.T_R_L);
 }
 
 void LocalMapper::filter_cloud() { cloud_.filter(beams_, T_S_C_.inverse().cast<float>()); }
@@ -126,7 +131,8 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   } else {
     cloud_.add(cloud_travel_m_);
   }
-  return true;
+  const bool is_long = config_.spawn.max_travel_m > 0 && travel_m_ >= config_.spawn.max_travel_m;
+  return !is_long || spare_slots_.empty() || spawn(scan, SpawnReason::kDistance, outcome);
 }
 
 bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outcome) {
@@ -138,6 +144,9 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   }
   outcome.finished = active_;
   outcome.spawned = reason;
+  // What is around stays the same where only the way has become too long: the cloud goes on.
+  const bool keeps_cloud = reason == SpawnReason::kDistance;
+  const Pose T_M_cloud = keeps_cloud ? Pose(T_M_A() * T_S_C_) : Pose::Identity();
   active_ = spare_slots_.back();
   spare_slots_.pop_back();
   active_->id = next_id_++;
@@ -151,10 +160,11 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   travel_m_ = 0;
   next_return_m_ = config_.spawn.return_travel_m;
   follows_threshold_ = reason == SpawnReason::kOverlap && is_threshold_;
-  is_threshold_ = true;
-  T_S_C_ = Pose::Identity();
+  T_S_A_ = Pose::Identity();
+  T_S_C_ = keeps_cloud ? Pose(active_->T_M_S.inverse() * T_M_cloud) : Pose::Identity();
+  is_threshold_ = is_threshold_ || !keeps_cloud;
   outcome.returns_declined = beams_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
-  if (!config_.baseline) {
+  if (!config_.baseline && !keeps_cloud) {
     filter_cloud();
     begin_cloud();
   }
@@ -170,7 +180,7 @@ void LocalMapper::begin_cloud() {
 void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
   outcome.submap = active_->id;
   outcome.num_returns = beams_.num_returns();
-  active_->note_scans(scan.node, T_M_R_.inverse() * active_->T_M_S);
+  active_->note_scans(scan.node, T_M_R_.inverse() * T_M_A());
   const Pose T_S_L_now = T_S_L();
   const IntegrationResult result =
       integrator_.integrate(beams_, T_S_L_now.translation().cast<float>(), pools_, active_->volume);

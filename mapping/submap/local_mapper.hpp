@@ -55,8 +55,9 @@ class LocalMapper {
   /// Closes the active submap; null when there is none. The next scan begins a new one for the reason given, unless
   /// one is adopted first.
   [[nodiscard]] Submap* close(SpawnReason next_reason);
-  /// Goes on in a submap that came back from a fusion with the one closed last.
-  /// @param T_S_closed  pose of the closed submap's frame in the fused one, for the cloud that goes on with it
+  /// Goes on in a submap that came back from a fusion with the one closed last. Where surfaces have laid the two otherwise
+  /// than the graph does, scans go on where the closed one's went, until the next submap.
+  /// @param T_S_closed  pose of the closed submap's frame in the fused one
   /// @return what was active meanwhile, or null; it now belongs to the caller
   [[nodiscard]] Submap* adopt(Submap* fused, const Pose& T_S_closed);
 
@@ -81,12 +82,21 @@ class LocalMapper {
     std::optional<Pose> T_O_L;
   };
 
+  /// The submap closed last, as long as it may come back: where scans went in it, as of the newest revision.
+  struct Closed {
+    SubmapAnchors anchors;
+    Pose T_S_A = Pose::Identity();
+    Pose T_M_A = Pose::Identity();
+  };
+
   [[nodiscard]] double present_shift_m(const Scan& scan) const;
   [[nodiscard]] bool spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outcome);
   /// True once the active submap is old enough to ask, and again when it has become twice as old, where the sensor is
   /// back beside a node of an older submap.
   [[nodiscard]] bool comes_back();
-  [[nodiscard]] Pose T_S_L() const { return active_->T_M_S.inverse() * T_M_L_; }
+  /// Where the active submap is for the scans that come: where the graph has it, but for what a fusion found out.
+  [[nodiscard]] Pose T_M_A() const { return active_->T_M_S * T_S_A_; }
+  [[nodiscard]] Pose T_S_L() const { return T_M_A().inverse() * T_M_L_; }
   void filter_cloud();
   /// With the filtered scan.
   void begin_cloud();
@@ -108,6 +118,8 @@ class LocalMapper {
   bool follows_threshold_ = false;        ///< nor had any been in that of the submap before
   double cloud_travel_m_ = 0;             ///< since the cloud was begun: it goes on in an adopted submap
   Pose T_S_C_ = Pose::Identity();         ///< frame of the cloud in the active submap's
+  Pose T_S_A_ = Pose::Identity();         ///< see T_M_A
+  Closed closed_;
   LastScan last_;
 
   // The scan on its way through the three steps.

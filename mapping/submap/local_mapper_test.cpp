@@ -172,6 +172,45 @@ TEST_CASE("a loop closure to an older submap asks for the active one to be close
   CHECK(f.scan(room(4, -3, 10, 3), {5, 0, 1}, 5).submap == 1);
 }
 
+TEST_CASE("where a fusion has laid a submap otherwise than the graph does, scans follow it, until the next submap") {
+  Config config;
+  config.spawn.max_correction_m = 100;
+  Fixture f(config);
+  GraphRevision revision;
+  for (NodeId id = 0; id < 2; ++id) {
+    revision.graph.nodes.push_back({id, {id * 100'000'000}, true, Pose::Identity()});
+    revision.T_O_N.emplace_back(Pose::Identity());
+  }
+  CHECK_FALSE(f.mapper.set_graph(&revision));
+  const auto walls = room(-3, -3, 3, 3);
+  f.scan(walls, {0, 0, 1}, 0);
+  const Eigen::Vector3f first_S = f.mapper.active()->path.points().back();
+  const auto last_S = [&] { return Eigen::Vector3f(f.mapper.active()->path.points().back() - first_S); };
+
+  Pose T_S_closed = Pose::Identity();
+  T_S_closed.translation() = Eigen::Vector3d(0.1, -0.05, 0);
+  CHECK(f.mapper.adopt(f.mapper.close(SpawnReason::kLoopClosure), T_S_closed) == nullptr);
+  ScanOutcome outcome = f.scan(walls, {0.5, 0, 1}, 0);
+  CHECK(outcome.spawned == SpawnReason::kNone);
+  CHECK(outcome.T_M_L.translation().isApprox(Eigen::Vector3d(0.5, 0, 1)));
+  CHECK(last_S().isApprox(Eigen::Vector3f(0.6f, -0.05f, 0), 1e-4f));
+
+  // Away a second time, while the whole graph moves: nothing has changed within it.
+  Submap* closed = f.mapper.close(SpawnReason::kLoopClosure);
+  GraphRevision moved = revision;
+  for (GraphNode& node : moved.graph.nodes) node.T_M_N.translation().y() = 2;
+  CHECK_FALSE(f.mapper.set_graph(&moved));
+  CHECK(f.mapper.adopt(closed, Pose::Identity()) == nullptr);
+  f.scan(walls, {1, 0, 1}, 0);
+  CHECK(last_S().isApprox(Eigen::Vector3f(1.1f, -0.05f, 0), 1e-4f));
+
+  CHECK(f.mapper.close(SpawnReason::kLoopClosure) == closed);
+  outcome = f.scan(walls, {1, 0, 1}, 0);
+  CHECK(outcome.spawned == SpawnReason::kLoopClosure);
+  const Submap& next = *f.mapper.active();
+  CHECK((next.T_M_S.cast<float>() * next.path.points().back()).isApprox(Eigen::Vector3f(1, 2, 1), 1e-4f));
+}
+
 TEST_CASE("scans count as strange in a row only within one submap") {
   Config config;
   config.spawn.cloud_lag_m = 0.1;
@@ -210,11 +249,32 @@ TEST_CASE("where no scan is at home, the second submap goes on as far as it may"
   CHECK(passed[1] <= 20 + chain[1]);
 }
 
+TEST_CASE("a submap ends before odometry has drifted far, and what has been seen goes on") {
+  Config config;
+  config.spawn.cloud_lag_m = 0.4;
+  config.spawn.max_travel_m = 2;
+  Fixture f(config);
+  const auto here = room(-3, -3, 5, 3), elsewhere = room(2, -9, 12, -2);
+  for (int i = 0; i <= 45; ++i) {
+    CAPTURE(i);
+    const ScanOutcome outcome = f.turn(here, {0.1 * i - 2, 0, 1});
+    const bool is_end = i > 0 && i % 20 == 0;
+    CHECK(outcome.spawned == (i == 0 ? SpawnReason::kFirst : is_end ? SpawnReason::kDistance : SpawnReason::kNone));
+    CHECK((outcome.finished != nullptr) == is_end);
+    CHECK(outcome.submap == i / 20);
+    CHECK((i == 0 || outcome.overlap_ratio > 0.95));
+  }
+  // A new cloud would not have told yet that this is another place.
+  (void)f.turn(elsewhere, {2.6, 0, 1});
+  CHECK(f.turn(elsewhere, {2.7, 0, 1}).spawned == SpawnReason::kOverlap);
+}
+
 TEST_CASE("back beside a node of an older submap, the active one asks once to join it") {
   for (const double return_travel_m : {0.0, 1.0}) {
     CAPTURE(return_travel_m);
     Config config;
     config.spawn.return_travel_m = return_travel_m;
+    config.spawn.max_travel_m = 0;
     Fixture f(config);
     GraphRevision revision;
     Pose T_M_far = Pose::Identity();
