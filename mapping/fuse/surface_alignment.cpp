@@ -148,46 +148,39 @@ double misfit(const std::vector<Plane>& planes_a, Planes& planes_b, const Pose& 
   return sum / static_cast<double>(planes_a.size());
 }
 
-}  // namespace
-
-SurfaceAlignment align_surfaces(const VoxelStore& store, const Volume& a, const Volume& b,
-                                const Pose& T_b_a, double sigma_m, double voxel_size_m) {
-  if (a.num_blocks() > b.num_blocks()) {
-    SurfaceAlignment reversed =
-        align_surfaces(store, b, a, T_b_a.inverse(), sigma_m, voxel_size_m);
-    reversed.T_b_a = reversed.shift_m > 0 ? Pose(reversed.T_b_a.inverse()) : T_b_a;
-    return reversed;
-  }
+/// The planes of a for which b has a counterpart where the graph has it, thinned.
+std::vector<Plane> shared_planes(const VoxelStore& store, const Volume& a, Planes& planes_b,
+                                 const Pose& T_b_a, double voxel_m) {
   // A volume has its blocks in the order in which they came; sums must not depend on it.
   std::vector<std::array<int, 3>> coords;
   a.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
     if (view.block != nullptr) coords.push_back({coord.x(), coord.y(), coord.z()});
   });
   std::sort(coords.begin(), coords.end());
-  Planes planes_b(store, b, voxel_size_m);
-  std::vector<Plane> planes_a;
+  std::vector<Plane> shared;
   for (const auto& [x, y, z] : coords) {
-    const auto plane = plane_of(store, a, {x, y, z}, voxel_size_m);
-    if (plane && planes_b.nearest(moved(T_b_a, *plane)) != nullptr) planes_a.push_back(*plane);
+    const auto plane = plane_of(store, a, {x, y, z}, voxel_m);
+    if (plane && planes_b.nearest(moved(T_b_a, *plane)) != nullptr) shared.push_back(*plane);
   }
-  if (planes_a.size() < kMinPlanes) return {T_b_a, 0};
-  if (const std::size_t stride = planes_a.size() / kMaxPlanes + 1; stride > 1) {
-    std::size_t num_kept = 0;
-    for (std::size_t i = 0; i < planes_a.size(); i += stride) planes_a[num_kept++] = planes_a[i];
-    planes_a.resize(num_kept);
-  }
-  Eigen::Vector3d middle_b = Eigen::Vector3d::Zero();
-  for (const Plane& plane : planes_a) middle_b += T_b_a * plane.middle;
-  middle_b /= static_cast<double>(planes_a.size());
+  const std::size_t stride = shared.size() / kMaxPlanes + 1;
+  std::size_t num_kept = 0;
+  for (std::size_t i = 0; i < shared.size(); i += stride) shared[num_kept++] = shared[i];
+  shared.resize(num_kept);
+  return shared;
+}
 
+/// The movement around a place that brings planes together, as far as the graph's word lets it: Gauss and Newton's steps,
+/// each with counterparts and weights of its own.
+Vector6d fit(const std::vector<Plane>& planes_a, Planes& planes_b, const Pose& T_b_a,
+             const Eigen::Vector3d& around_b, double sigma_m) {
   Vector6d word;  // the graph's, as information
   word << Eigen::Vector3d::Constant(kLeverM * kLeverM / (sigma_m * sigma_m)),
       Eigen::Vector3d::Constant(1 / (sigma_m * sigma_m));
-  const double weight_of_all = 1 / (kMeanSigmaM * kMeanSigmaM);
+  const double share = 1 / (kMeanSigmaM * kMeanSigmaM) / static_cast<double>(planes_a.size());
   Vector6d x = Vector6d::Zero();
   double scale_m = kFirstScaleM;
-  for (int round = 0; round < kRounds; ++round, scale_m = std::max(kScaleStep * scale_m, kLastScaleM)) {
-    const Pose T = movement(x, middle_b) * T_b_a;
+  for (int round = 0; round < kRounds; ++round) {
+    const Pose T = movement(x, around_b) * T_b_a;
     Matrix6d H = Matrix6d::Zero();
     Vector6d g = Vector6d::Zero();
     for (const Plane& plane_a : planes_a) {
@@ -198,22 +191,42 @@ SurfaceAlignment align_surfaces(const VoxelStore& store, const Volume& a, const 
       const double damped = 1 + across_m * across_m / (scale_m * scale_m);
       const double weight = 1 / (damped * damped);
       Vector6d J;
-      J << (plane.middle - middle_b).cross(other->normal), other->normal;
+      J << (plane.middle - around_b).cross(other->normal), other->normal;
       H += weight * J * J.transpose();
       g += weight * across_m * J;
     }
-    const double share = weight_of_all / static_cast<double>(planes_a.size());
     H *= share;
     g *= share;
     H.diagonal() += word;
     g += word.cwiseProduct(x);
-    const Vector6d step = H.ldlt().solve(g);
-    if (!step.allFinite()) return {T_b_a, 0};
-    x -= step;
+    x -= H.ldlt().solve(g);
+    scale_m = std::max(kScaleStep * scale_m, kLastScaleM);
   }
+  return x;
+}
+
+}  // namespace
+
+SurfaceAlignment align_surfaces(const VoxelStore& store, const Volume& a, const Volume& b,
+                                const Pose& T_b_a, double sigma_m, double voxel_size_m) {
+  if (a.num_blocks() > b.num_blocks()) {
+    SurfaceAlignment reversed =
+        align_surfaces(store, b, a, T_b_a.inverse(), sigma_m, voxel_size_m);
+    reversed.T_b_a = reversed.shift_m > 0 ? Pose(reversed.T_b_a.inverse()) : T_b_a;
+    return reversed;
+  }
+  Planes planes_b(store, b, voxel_size_m);
+  const std::vector<Plane> planes_a = shared_planes(store, a, planes_b, T_b_a, voxel_size_m);
+  if (planes_a.size() < kMinPlanes) return {T_b_a, 0};
+  Eigen::Vector3d middle_b = Eigen::Vector3d::Zero();
+  for (const Plane& plane : planes_a) middle_b += T_b_a * plane.middle;
+  middle_b /= static_cast<double>(planes_a.size());
+
+  const Vector6d x = fit(planes_a, planes_b, T_b_a, middle_b, sigma_m);
   const double shift_m = x.tail<3>().norm() + kLeverM * x.head<3>().norm();
+  // Written so that no number fails as well.
+  if (!(shift_m >= 0.5 * voxel_size_m && shift_m <= 2 * sigma_m)) return {T_b_a, 0};
   const Pose T_aligned = movement(x, middle_b) * T_b_a;
-  if (shift_m < 0.5 * voxel_size_m || shift_m > 2 * sigma_m) return {T_b_a, 0};
   if (misfit(planes_a, planes_b, T_aligned) > kMaxLeft * misfit(planes_a, planes_b, T_b_a))
     return {T_b_a, 0};
   return {T_aligned, shift_m};

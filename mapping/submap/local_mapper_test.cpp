@@ -20,6 +20,15 @@ std::vector<Eigen::Vector3d> room(double x0, double y0, double x1, double y1) {
   return points;
 }
 
+GraphRevision nodes_at_origin(NodeId count) {
+  GraphRevision revision;
+  for (NodeId id = 0; id < count; ++id) {
+    revision.graph.nodes.push_back({id, {id * 100'000'000}, true, Pose::Identity()});
+    revision.T_O_N.emplace_back(Pose::Identity());
+  }
+  return revision;
+}
+
 struct Fixture {
   explicit Fixture(const Config& config_in = {})
       : config(config_in), store(20'000, 2'000), mapper((config.memory.max_submaps = 8, config), store) {
@@ -153,11 +162,7 @@ TEST_CASE("a loop closure to an older submap asks for the active one to be close
   Config config;
   config.fusion.min_active_travel_m = 0;
   Fixture f(config);
-  GraphRevision revision;
-  for (NodeId id = 0; id < 6; ++id) {
-    revision.graph.nodes.push_back({id, {id * 100'000'000}, true, Pose::Identity()});
-    revision.T_O_N.emplace_back(Pose::Identity());
-  }
+  const GraphRevision revision = nodes_at_origin(6);
   CHECK_FALSE(f.mapper.set_graph(&revision));
   f.scan(room(-3, -3, 3, 3), {0, 0, 1}, 0);
   f.scan(room(4, -3, 10, 3), {5, 0, 1}, 4);
@@ -176,11 +181,7 @@ TEST_CASE("where a fusion has laid a submap otherwise than the graph does, scans
   Config config;
   config.spawn.max_correction_m = 100;
   Fixture f(config);
-  GraphRevision revision;
-  for (NodeId id = 0; id < 2; ++id) {
-    revision.graph.nodes.push_back({id, {id * 100'000'000}, true, Pose::Identity()});
-    revision.T_O_N.emplace_back(Pose::Identity());
-  }
+  const GraphRevision revision = nodes_at_origin(2);
   CHECK_FALSE(f.mapper.set_graph(&revision));
   const auto walls = room(-3, -3, 3, 3);
   f.scan(walls, {0, 0, 1}, 0);
