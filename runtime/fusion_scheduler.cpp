@@ -65,7 +65,6 @@ void FusionScheduler::run() {
 }
 
 void FusionScheduler::handle(const SchedulerCommand& command) {
-  const SubmapId finished_id = command.finished != nullptr ? command.finished->id : kNoSubmap;
   if (command.finished != nullptr) map_.add(command.finished);
   if (command.revision != nullptr) {
     record_.lost_roots += map_.set_graph(command.revision);
@@ -85,29 +84,18 @@ void FusionScheduler::handle(const SchedulerCommand& command) {
                               .stamp = command.stamp,
                               .count = static_cast<std::int64_t>(revision_->graph.nodes.size())});
   }
-  // Who has just come back to a place knows little of it yet: too little to tell a place from one like it, and where the
-  // graph is wrong all of that would go.
-  const bool is_early = command.give_back && command.revision == nullptr;
-  const std::int64_t num_fused = record_.accepted;
-  fuse_all(command.stamp, is_early);
-  if (!is_early || record_.accepted > num_fused) share_places();
+  fuse_all(command.stamp);
+  share_places();
   send_surplus();
-  if (command.give_back) {
-    Submap* fused = map_.lend(finished_id);
-    MapReturn item;
-    item.fused = fused;
-    item.T_S_closed = map_.T_survivor_S(finished_id);
-    push(item);
-  }
 }
 
-void FusionScheduler::fuse_all(SensorTime stamp, bool is_early) {
+void FusionScheduler::fuse_all(SensorTime stamp) {
   while (true) {
     std::vector<PairCheck> checks = map_.plan_checks();
     if (!checks.empty()) compare(std::move(checks), stamp);
     const std::optional<FusionCandidate> candidate = map_.next_candidate();
     if (!candidate) break;
-    decide(*candidate, stamp, is_early);
+    decide(*candidate, stamp);
   }
 }
 
@@ -155,8 +143,7 @@ Judgement FusionScheduler::judge(const FusionCandidate& candidate) {
   return judgement;
 }
 
-void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp,
-                             bool is_early) {
+void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp) {
   ++(candidate.by_loop ? record_.proposed_by_loop : record_.proposed_by_overlap);
   const Judgement judgement = judge(candidate);
   const Submap& a = *map_.find(candidate.a);
@@ -170,7 +157,7 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp,
     return;
   }
   const StopWatch fuse_watch;
-  const std::optional<SurfaceAlignment> alignment = map_.agree(candidate, is_early);
+  const std::optional<SurfaceAlignment> alignment = map_.agree(candidate);
   if (!alignment) {
     record_.cpu_fusion_ns += fuse_watch.cpu_ns();
     ++record_.rejected_by_overlap;

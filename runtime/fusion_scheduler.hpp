@@ -56,12 +56,11 @@ class FusionScheduler {
  private:
   void run();
   void handle(const SchedulerCommand& command);
-  /// @param is_early  the finished submap has hardly begun: fuse only what is beyond doubt
-  void fuse_all(SensorTime stamp, bool is_early);
+  void fuse_all(SensorTime stamp);
   void share_places();
   void compare(std::vector<PairCheck> checks, SensorTime stamp);
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
-  void decide(const FusionCandidate& candidate, SensorTime stamp, bool is_early);
+  void decide(const FusionCandidate& candidate, SensorTime stamp);
   void send_surplus();
   void push(const MapReturn& item);
 
@@ -69,7 +68,7 @@ class FusionScheduler {
   SchedulerPorts ports_;
   std::size_t reserve_blocks_;
   std::size_t reserve_chunks_;
-  std::size_t kept_places_;  ///< of the returns queue, for slots and fused submaps
+  std::size_t kept_places_;  ///< of the returns queue, for slots
   const GraphRevision* revision_ = nullptr;
   OverlapBatch batch_;
   SchedulerRecord record_;

@@ -41,9 +41,7 @@ void IntegrationThread::run() {
     const std::uint32_t seen = ports_.bell.count();
     const bool is_stopping = stop_.load(std::memory_order_acquire);
     IntegrationCommand command;
-    // What comes meanwhile belongs into the submap that is being fused, unless it would fill the queue.
-    const bool is_held = awaits_place_ && 2 * ports_.commands.depth() < ports_.commands.capacity();
-    const bool has_command = !is_held && ports_.commands.try_pop(command);
+    const bool has_command = ports_.commands.try_pop(command);
     // After the pop: what had come back when the command was queued is there before the command is done, always.
     take_returns();
     if (has_command) {
@@ -54,11 +52,10 @@ void IntegrationThread::run() {
       ports_.reader_bell.ring();
       continue;
     }
-    if (is_held && !awaits_place_) continue;  // what was held has rung already
-    if (is_stopping && !is_held) break;
+    if (is_stopping) break;
     ports_.bell.wait(seen);
   }
-  hand_over(mapper_.close(SpawnReason::kFirst), now_, false, nullptr);
+  hand_over(mapper_.close(), now_, nullptr);
 }
 
 void IntegrationThread::take_returns() {
@@ -69,44 +66,32 @@ void IntegrationThread::take_returns() {
       mapper_.pools().chunks.release(item.items[item.num_blocks + i]);
     }
     if (item.empty_slot != nullptr) mapper_.give_slot(item.empty_slot);
-    if (item.fused != nullptr) {
-      // The totals are sums that only the reports read: relaxed order is enough.
-      ports_.finished.bytes.fetch_sub(static_cast<std::int64_t>(item.fused->volume.bytes()),
-                                      std::memory_order_relaxed);
-      ports_.finished.count.fetch_sub(1, std::memory_order_relaxed);
-      hand_over(mapper_.adopt(item.fused, item.T_S_closed), now_, false, nullptr);
-      is_active_away_.store(false, std::memory_order_release);  // pairs with is_active_away()
-      awaits_place_ = false;
-      ports_.reader_bell.ring();
-    }
   }
 }
 
-void IntegrationThread::hand_over(Submap* finished, SensorTime stamp, bool give_back, const GraphRevision* revision) {
+void IntegrationThread::hand_over(Submap* finished, SensorTime stamp, const GraphRevision* revision) {
   if (finished == nullptr && revision == nullptr) return;
   if (finished != nullptr) {
+    // The totals are sums that only the reports read: relaxed order is enough.
     ports_.finished.bytes.fetch_add(static_cast<std::int64_t>(finished->volume.bytes()), std::memory_order_relaxed);
     ports_.finished.count.fetch_add(1, std::memory_order_relaxed);
   }
   // Cannot fail: the queue has a place for every submap and every revision in flight.
-  (void)ports_.scheduler.try_push({stamp, finished, give_back, revision});
+  (void)ports_.scheduler.try_push({stamp, finished, revision});
   num_handed_over_.fetch_add(1, std::memory_order_release);  // pairs with num_handed_over()
   ports_.scheduler_bell.ring();
 }
 
 void IntegrationThread::handle(const GraphRevision* revision) {
   now_ = std::max(now_, revision->graph.stamp);
-  const bool close = mapper_.set_graph(revision);
-  // Before the scheduler can send it back. Who has seen this command done sees it, by num_done().
-  if (close) is_active_away_.store(true, std::memory_order_relaxed);
-  hand_over(close ? mapper_.close(SpawnReason::kLoopClosure) : nullptr, revision->graph.stamp, close, revision);
+  mapper_.set_graph(revision);
+  hand_over(nullptr, revision->graph.stamp, revision);
 }
 
 void IntegrationThread::handle(const ScanJob& job) {
   ScanReport report;
   report.scan = job.scan;
   report.queue_depth = static_cast<std::int32_t>(ports_.commands.depth());
-  report.is_before_fusion = awaits_place_ && mapper_.active() == nullptr;
   now_ = std::max(now_, job.scan->stamp);
 
   const StopWatch place_watch;
@@ -135,11 +120,7 @@ void IntegrationThread::handle(const ScanJob& job) {
   }
   report.blocks_used = mapper_.pools().blocks.num_used();
   report.chunks_used = mapper_.pools().chunks.num_used();
-  hand_over(report.outcome.finished, job.scan->stamp, false, nullptr);
-  if (report.outcome.is_known_place) {
-    awaits_place_ = true;
-    hand_over(mapper_.close(SpawnReason::kLoopClosure), job.scan->stamp, true, nullptr);
-  }
+  hand_over(report.outcome.finished, job.scan->stamp, nullptr);
   report.latency_ms =
       std::chrono::duration<float, std::milli>(std::chrono::steady_clock::now() - job.last_packet).count();
   // Cannot fail: the queue has a place for every scan slot.

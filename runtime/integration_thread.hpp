@@ -33,8 +33,7 @@ struct IntegrationPorts {
 };
 
 /// The thread that integrates scans. Between its start and its end it makes no allocation, takes no lock and does no
-/// I/O; it sleeps only when all its queues are empty, or, as long as the queue of commands is not half full, while the
-/// active submap joins that of the place to which the sensor has come back.
+/// I/O; it sleeps only when all its queues are empty.
 class IntegrationThread {
  public:
   /// @param on_start  called on the new thread before anything else (affinity, priority, a test's allocation guard)
@@ -45,8 +44,6 @@ class IntegrationThread {
   [[nodiscard]] std::uint64_t num_done() const { return num_done_.load(std::memory_order_acquire); }
   /// Commands given to the scheduler so far. Meaningful while this thread is idle.
   [[nodiscard]] std::uint64_t num_handed_over() const { return num_handed_over_.load(std::memory_order_acquire); }
-  /// The active submap was closed to be fused and has not come back: a scan now would begin another one.
-  [[nodiscard]] bool is_active_away() const { return is_active_away_.load(std::memory_order_acquire); }
   /// Puts the thread before all that has no priority in real time (SCHED_FIFO). False when that is not permitted.
   [[nodiscard]] bool raise_priority(int priority);
   /// Closes the active submap, hands it to the scheduler, and ends the thread. Queue nothing afterwards.
@@ -57,14 +54,12 @@ class IntegrationThread {
   void take_returns();
   void handle(const ScanJob& job);
   void handle(const GraphRevision* revision);
-  void hand_over(Submap* finished, SensorTime stamp, bool give_back, const GraphRevision* revision);
+  void hand_over(Submap* finished, SensorTime stamp, const GraphRevision* revision);
 
   LocalMapper& mapper_;
   IntegrationPorts ports_;
   SensorTime now_;
-  bool awaits_place_ = false;  ///< the active submap is with the scheduler because the sensor is back in a known place
   std::atomic<bool> stop_{false};
-  std::atomic<bool> is_active_away_{false};
   std::atomic<std::uint64_t> num_done_{0};
   std::atomic<std::uint64_t> num_handed_over_{0};
   std::thread thread_;

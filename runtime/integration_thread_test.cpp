@@ -2,6 +2,7 @@
 
 #include <array>
 #include <deque>
+#include <vector>
 
 #include <doctest/doctest.h>
 
@@ -51,29 +52,6 @@ struct Walk {
       reader_bell.wait(seen);
     return report;
   }
-  /// Walks until the active submap is closed to join the place where the sensor is back. @return that submap
-  Submap* come_back() {
-    send_scan(0, -3, 3, 0);
-    CHECK(next_report().outcome.submap == 0);
-    bool is_back = false;
-    for (int x = 20; !is_back && x >= 0; --x) {
-      send_scan(x, -6, 26, 1);
-      const ScanReport report = next_report();
-      CHECK(report.outcome.submap == 1);
-      is_back = report.outcome.is_known_place;
-    }
-    REQUIRE(is_back);
-    SchedulerCommand command;
-    while (!command.give_back) REQUIRE(scheduler.try_pop(command));
-    return command.finished;
-  }
-  void give_back(Submap* fused) {
-    MapReturn item{};
-    item.fused = fused;
-    REQUIRE(returns.try_push(item));
-    bell.ring();
-  }
-
   Config config;
   VoxelStore store{20'000, 2'000};
   std::array<Submap, 4> slots;
@@ -95,43 +73,27 @@ struct Walk {
       nullptr};
 };
 
-TEST_CASE("scans that come while the active submap joins a known place go on in what comes back") {
+TEST_CASE("back in a known place the active submap goes to be fused, and scans wait for nobody") {
   Walk walk;
-  Submap* closed = walk.come_back();
-  REQUIRE(closed != nullptr);
-  for (int i = 0; i < 3; ++i) walk.send_scan(0, -6, 26, 1);
-  CHECK(walk.reports.depth() == 0);
-  walk.give_back(closed);
-  for (int i = 0; i < 3; ++i) {
+  walk.send_scan(0, -3, 3, 0);
+  CHECK(walk.next_report().outcome.submap == 0);
+  std::vector<SubmapId> submaps;
+  for (int x = 20; x >= 1; --x) {
+    walk.send_scan(x, -6, 26, 1);
+    // Nothing has come back from the scheduler.
     const ScanReport report = walk.next_report();
-    CHECK(report.outcome.submap == 1);
-    CHECK(report.outcome.spawned == SpawnReason::kNone);
-    CHECK_FALSE(report.is_before_fusion);
+    submaps.push_back(report.outcome.submap);
+    if (x == 1) CHECK(report.outcome.spawned == SpawnReason::kReturn);
   }
-}
-
-TEST_CASE(
-    "where half the queue waits for it, they go on in a submap of their own, and that is told "
-    "once") {
-  Walk walk;
-  Submap* closed = walk.come_back();
-  REQUIRE(closed != nullptr);
-  for (int i = 0; i < 4; ++i) walk.send_scan(0, -6, 26, 1);
-  const ScanReport first = walk.next_report();
-  CHECK(first.outcome.submap == 2);
-  CHECK(first.outcome.spawned == SpawnReason::kLoopClosure);
-  CHECK(first.is_before_fusion);
-  walk.send_scan(0, -6, 26, 1);
-  const ScanReport second = walk.next_report();
-  CHECK(second.outcome.submap == 2);
-  CHECK_FALSE(second.is_before_fusion);
-  walk.give_back(closed);
-  for (int i = 0; i < 3; ++i) CHECK(walk.next_report().outcome.submap == 1);
-  // What was begun meanwhile is finished, and handed over like any other.
-  SchedulerCommand command;
-  REQUIRE(walk.scheduler.try_pop(command));
-  CHECK(command.finished->id == 2);
-  CHECK_FALSE(command.give_back);
+  std::vector<SubmapId> expected(19, 1);
+  expected.push_back(2);
+  CHECK(submaps == expected);
+  CHECK(walk.finished.count == 2);
+  std::vector<SubmapId> handed_over;
+  for (SchedulerCommand command; walk.scheduler.try_pop(command);) {
+    if (command.finished != nullptr) handed_over.push_back(command.finished->id);
+  }
+  CHECK(handed_over == std::vector<SubmapId>{0, 1});
 }
 
 }  // namespace

@@ -38,23 +38,18 @@ struct ScanReport {
   std::int64_t map_bytes = 0;
   std::size_t blocks_used = 0;  ///< of the integration thread's share: see PoolShare::num_used
   std::size_t chunks_used = 0;
-  bool is_before_fusion = false;  ///< the active submap is away to join a known place, and could not be waited for any longer
 };
 
-/// Integration thread -> fusion scheduler: a submap that is finished, a graph revision, or both. If a loop closure has
-/// closed the submap, it is given back once it is fused.
+/// Integration thread -> fusion scheduler: a submap that is finished, or a graph revision.
 struct SchedulerCommand {
   SensorTime stamp;
   Submap* finished = nullptr;
-  bool give_back = false;
   const GraphRevision* revision = nullptr;
 };
 
-/// Fusion scheduler -> integration thread: memory on its way home, or a fused submap to go on in.
+/// Fusion scheduler -> integration thread: memory on its way home.
 struct MapReturn {
   Submap* empty_slot = nullptr;
-  Submap* fused = nullptr;
-  Pose T_S_closed = Pose::Identity();  ///< of the submap that was closed, in the fused one
   std::uint32_t num_blocks = 0;
   std::uint32_t num_chunks = 0;
   std::array<PoolIndex, 60> items;     ///< blocks first, then chunks

@@ -39,7 +39,7 @@ const char* name_of(SpawnReason reason) {
     case SpawnReason::kFirst: return "first";
     case SpawnReason::kOverlap: return "overlap";
     case SpawnReason::kCorrection: return "correction";
-    case SpawnReason::kLoopClosure: return "loop_closure";
+    case SpawnReason::kReturn: return "return";
     case SpawnReason::kDistance: return "distance";
     case SpawnReason::kNone: break;
   }
@@ -140,7 +140,7 @@ void Pipeline::submit(std::unique_ptr<GraphRevision> revision) {
   }
   (void)commands_.try_push({{}, revision.get()});
   revisions_.push_back(std::move(revision));
-  graph_command_ = ++num_commands_;
+  ++num_commands_;
   integration_bell_.ring();
 }
 
@@ -175,17 +175,13 @@ void Pipeline::drain() {
       reader_bell_.wait(seen);
     }
   };
-  // An empty command at the end lets the integration thread take what the scheduler has sent back; what it hands over
-  // in turn (a submap that was active meanwhile) is awaited in a second round.
-  for (int round = 0; round < 2; ++round) {
-    wait_until([&] { return integration_->num_done() == num_commands_; });
-    wait_until([&] { return scheduler_->num_done() == integration_->num_handed_over(); });
-    (void)commands_.try_push({});
-    ++num_commands_;
-    integration_bell_.ring();
-    wait_until([&] { return integration_->num_done() == num_commands_; });
-    wait_until([&] { return scheduler_->num_done() == integration_->num_handed_over(); });
-  }
+  wait_until([&] { return integration_->num_done() == num_commands_; });
+  wait_until([&] { return scheduler_->num_done() == integration_->num_handed_over(); });
+  // An empty command lets the integration thread take what the scheduler has sent back.
+  (void)commands_.try_push({});
+  ++num_commands_;
+  integration_bell_.ring();
+  wait_until([&] { return integration_->num_done() == num_commands_; });
   collect();
 }
 
@@ -216,9 +212,8 @@ void Pipeline::note(const ScanReport& report) {
   warmer_.keep_ahead(report.blocks_used, report.chunks_used);
   fill_.blocks_used = report.blocks_used;
   fill_.chunks_used = report.chunks_used;
-  if (report.is_before_fusion) ++record_.counters["fusions_not_waited_for"];
   const ScanOutcome& outcome = report.outcome;
-  submap_finished_ |= outcome.finished != nullptr || outcome.is_known_place;
+  submap_finished_ |= outcome.finished != nullptr;
   record_.cpu_spawn_check_s += 1e-9 * static_cast<double>(report.spawn_check_cpu_ns);
   record_.cpu_integration_s += 1e-9 * static_cast<double>(report.integration_cpu_ns);
   if (outcome.submap == kNoSubmap) {

@@ -67,11 +67,6 @@ class Pipeline {
 
   /// Scans and graphs that the integration thread has dealt with.
   [[nodiscard]] std::uint64_t num_done() const { return integration_->num_done(); }
-  /// A graph is under way, or the active submap that it closed is being fused: what is submitted now does not find the
-  /// map that it finds in lockstep, but goes on all the same.
-  [[nodiscard]] bool awaits_fusion() const {
-    return integration_->num_done() < graph_command_ || integration_->is_active_away();
-  }
   /// Nothing is under way: drain() will return at once.
   [[nodiscard]] bool is_idle() const;
   /// All submaps, the active one last. Valid after drain() until something is submitted.
@@ -116,7 +111,6 @@ class Pipeline {
   std::vector<std::unique_ptr<const GraphRevision>> revisions_;
   std::size_t num_under_way_ = 0;
   std::uint64_t num_commands_ = 0;
-  std::uint64_t graph_command_ = 0;  ///< number of commands up to the last graph
   Fill fill_;
   bool submap_finished_ = false;
 

@@ -36,7 +36,6 @@ void visit_fields(ConfigType& config, Visitor&& visit) {
   visit("fusion.min_shared_sight", fusion.min_shared_sight, 0.0, 1.0);
   visit("fusion.max_sigma_m", fusion.max_sigma_m, 0.0, 100.0);
   visit("fusion.max_sigma_unlooped_m", fusion.max_sigma_unlooped_m, 0.0, 100.0);
-  visit("fusion.min_active_travel_m", fusion.min_active_travel_m, 0.0, 1e6);
   visit("fusion.fuse_without_covariance", fusion.fuse_without_covariance, 0, 1);
   visit("fusion.default_information", fusion.default_information, 0.0, 1e12);
   auto& memory = config.memory;

@@ -19,8 +19,6 @@ constexpr double kMaxMoveSharedVox = 2;
 /// Of two submaps of one place, the least share of surfaces that both show. Where the graph is right to 0.2 m nine rooms in
 /// ten show 0.93 of them alike, and outdoors seven pairs in ten more than this; 0.36 m apart, nine rooms in ten show less.
 constexpr double kMinSameSurface = 0.84;
-/// The same where one of them has hardly begun.
-constexpr double kMinSameSurfaceEarly = 0.93;
 
 /// True when no corner of a's bounds has moved as far as that against b.
 bool has_stayed(const Pose& T_b_a_before, const Pose& T_b_a_now, const Eigen::AlignedBox3d& bounds_a,
@@ -69,19 +67,12 @@ void ElasticMap::note_nodes(const Submap& submap) {
     node_owner_.emplace(node->id, submap.id);
 }
 
-Submap* ElasticMap::lend(SubmapId id) {
-  const auto it = entries_.find(survivor(id));
-  if (it == entries_.end()) return nullptr;
-  return std::exchange(it->second.submap, nullptr);
-}
-
 int ElasticMap::set_graph(const GraphRevision* revision) {
   revision_ = revision;
   uncertainty_.reset();
   uncertainty_failed_ = false;
   int num_lost = 0;
   for (auto& [id, entry] : entries_) {
-    if (entry.submap == nullptr) continue;
     const bool was_bound = entry.submap->root != kNoNode;
     num_lost += !apply_graph(*entry.submap, *revision);
     if (!was_bound) note_nodes(*entry.submap);
@@ -102,15 +93,8 @@ void ElasticMap::note_loops(const GraphRevision& revision) {
 
 SubmapId ElasticMap::survivor(SubmapId id) const {
   for (auto it = fused_into_.find(id); it != fused_into_.end(); it = fused_into_.find(id))
-    id = it->second.into;
+    id = it->second;
   return id;
-}
-
-Pose ElasticMap::T_survivor_S(SubmapId id) const {
-  Pose T = Pose::Identity();
-  for (auto it = fused_into_.find(id); it != fused_into_.end(); it = fused_into_.find(it->second.into))
-    T = it->second.T_into_S * T;
-  return T;
 }
 
 bool ElasticMap::joined_by_loop(SubmapId a, SubmapId b) const {
@@ -174,7 +158,6 @@ std::vector<PairCheck> ElasticMap::plan_checks() {
   std::vector<PairCheck> checks;
   for (auto a = entries_.begin(); a != entries_.end(); ++a) {
     for (auto b = std::next(a); b != entries_.end(); ++b) {
-      if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
       const auto known = comparisons_.find({a->first, b->first});
       if (known != comparisons_.end() && is_current(known->second, a->second, b->second)) continue;
       if (have_shared(a->first, b->first)) continue;
@@ -210,7 +193,6 @@ std::optional<FusionCandidate> ElasticMap::next_candidate() {
     if (!is_one_place(comparison) || comparison.is_judged || a == entries_.end() ||
         b == entries_.end())
       continue;
-    if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
     if (!is_current(comparison, a->second, b->second)) continue;
     // In baseline mode lines of sight do not count, and all scores are zero.
     const double score = larger_ratio(comparison.overlap) * comparison.sight;
@@ -260,16 +242,14 @@ double ElasticMap::share_same_surfaces(const Submap& a, const Submap& b, const P
       .share_same();
 }
 
-std::optional<SurfaceAlignment> ElasticMap::agree(const FusionCandidate& candidate,
-                                                  bool is_early) const {
+std::optional<SurfaceAlignment> ElasticMap::agree(const FusionCandidate& candidate) const {
   const Submap& a = *entries_.at(candidate.a).submap;
   const Submap& b = *entries_.at(candidate.b).submap;
   const Pose T_b_a = b.T_M_S.inverse() * a.T_M_S;
   if (config_.baseline) return SurfaceAlignment{T_b_a, 0};
   const SurfaceAlignment alignment = align_surfaces(store_, a.volume, b.volume, T_b_a,
                                                     config_.fusion.max_sigma_m, config_.voxel.voxel_size_m);
-  if (share_same_surfaces(a, b, alignment.T_b_a) < (is_early ? kMinSameSurfaceEarly : kMinSameSurface))
-    return std::nullopt;
+  if (share_same_surfaces(a, b, alignment.T_b_a) < kMinSameSurface) return std::nullopt;
   return alignment;
 }
 
@@ -285,7 +265,6 @@ std::size_t ElasticMap::share_places() {
   std::size_t moved = 0;
   for (auto a = entries_.begin(); a != entries_.end(); ++a) {
     for (auto b = std::next(a); b != entries_.end(); ++b) {
-      if (a->second.submap == nullptr || b->second.submap == nullptr) continue;
       moved += share_places(a->second, b->second, sharings_[{a->first, b->first}]);
     }
   }
@@ -352,7 +331,7 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
   b->volume.clear(pools_);
   b->reset();
   entries_.erase(b_entry);
-  fused_into_[candidate.b] = {candidate.a, T_b_a.inverse()};
+  fused_into_[candidate.b] = candidate.a;
   const auto is_of_b = [&](const auto& item) {
     return item.first.first == candidate.b || item.first.second == candidate.b;
   };
@@ -364,14 +343,14 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
 std::int64_t ElasticMap::bytes() const {
   std::size_t sum = 0;
   for (const auto& [id, entry] : entries_)
-    sum += entry.submap != nullptr ? entry.submap->volume.bytes() : 0;
+    sum += entry.submap->volume.bytes();
   return static_cast<std::int64_t>(sum);
 }
 
 std::vector<const Submap*> ElasticMap::submaps() const {
   std::vector<const Submap*> all;
   for (const auto& [id, entry] : entries_) {
-    if (entry.submap != nullptr) all.push_back(entry.submap);
+    all.push_back(entry.submap);
   }
   return all;
 }

@@ -63,8 +63,6 @@ class ElasticMap {
 
   /// Takes over a finished submap.
   void add(Submap* submap);
-  /// Gives a submap back to the mapper that goes on in it; null when it no longer exists.
-  [[nodiscard]] Submap* lend(SubmapId id);
   /// Moves all submaps to a new revision, and notes its loop closures. The revision must live until the next one.
   /// @return number of submaps whose root the revision does not have
   int set_graph(const GraphRevision* revision);
@@ -79,8 +77,7 @@ class ElasticMap {
   /// Where the two lie against each other by the graph and, around its word, by their surfaces (see align_surfaces).
   /// Nothing when they see the surfaces of their place apart even so (see compare_surfaces): the graph is wrong about
   /// them. In baseline mode the graph's word, always.
-  /// @param is_early  one of them has hardly begun: nearly all that it shows must agree
-  [[nodiscard]] std::optional<SurfaceAlignment> agree(const FusionCandidate& candidate, bool is_early) const;
+  [[nodiscard]] std::optional<SurfaceAlignment> agree(const FusionCandidate& candidate) const;
   /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
   /// it (see share_places): with full trust where the graph is as certain of the pair as a fusion needs and both see the
   /// surfaces of their place alike, else only copies, glimpses and second views go, unless they wait to be fused. Pairs of
@@ -100,8 +97,6 @@ class ElasticMap {
   [[nodiscard]] SubmapId owner(NodeId node) const;
   /// The submap that an id has become by fusions so far.
   [[nodiscard]] SubmapId survivor(SubmapId id) const;
-  /// Pose of a submap's frame in the one it has become.
-  [[nodiscard]] Pose T_survivor_S(SubmapId id) const;
   /// True when a loop closure joins the two.
   [[nodiscard]] bool joined_by_loop(SubmapId a, SubmapId b) const;
   [[nodiscard]] std::vector<const Submap*> submaps() const;
@@ -154,11 +149,7 @@ class ElasticMap {
   std::map<SubmapId, Entry> entries_;
   std::map<Pair, Comparison> comparisons_;
   std::map<Pair, Sharing> sharings_;
-  struct Fused {
-    SubmapId into = kNoSubmap;
-    Pose T_into_S = Pose::Identity();
-  };
-  std::map<SubmapId, Fused> fused_into_;
+  std::map<SubmapId, SubmapId> fused_into_;
   std::map<NodeId, SubmapId> node_owner_;  ///< the first submap that holds a node's scans
   std::map<SubmapId, NodeId> root_at_spawn_;
   std::vector<std::pair<NodeId, NodeId>> loops_;  ///< all loop closures so far, (older, newer)

@@ -34,6 +34,8 @@ constexpr double kFirstScaleM = 0.3, kLastScaleM = 0.065, kScaleStep = 0.8;
 // How well the mean of all planes is known: a direction that one plane in four hundred tells is known as well as a graph
 // of 0.2 m tells it.
 constexpr double kMeanSigmaM = 0.01;
+// Less is as good as none: submaps that no correction has moved apart keep their common grid.
+constexpr double kMinShiftVox = 0.1;
 // What is left of the disagreement must be less than this, for the planes to be believed rather than the graph.
 constexpr double kMaxLeft = 0.8;
 
@@ -225,7 +227,7 @@ SurfaceAlignment align_surfaces(const VoxelStore& store, const Volume& a, const 
   const Vector6d x = fit(planes_a, planes_b, T_b_a, middle_b, sigma_m);
   const double shift_m = x.tail<3>().norm() + kLeverM * x.head<3>().norm();
   // Written so that no number fails as well.
-  if (!(shift_m >= 0.5 * voxel_size_m && shift_m <= 2 * sigma_m)) return {T_b_a, 0};
+  if (!(shift_m >= kMinShiftVox * voxel_size_m && shift_m <= 2 * sigma_m)) return {T_b_a, 0};
   const Pose T_aligned = movement(x, middle_b) * T_b_a;
   if (misfit(planes_a, planes_b, T_aligned) > kMaxLeft * misfit(planes_a, planes_b, T_b_a))
     return {T_b_a, 0};

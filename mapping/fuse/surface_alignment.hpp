@@ -20,7 +20,7 @@ struct SurfaceAlignment {
 /// surface tells stays as it was.
 ///
 /// The pose is taken only if the surfaces then agree clearly better, lies within twice `sigma_m`, and the graph's word was
-/// off by more than half a voxel: planes of voxels tell no more.
+/// off by more than a tenth of a voxel. Planes of voxels tell hardly more; errors that are let be add up over fusions.
 ///
 /// @param T_b_a  the graph's word: pose of a's frame in b's
 /// Threads: none may change the volumes meanwhile. Allocates. The same volumes give the same pose.

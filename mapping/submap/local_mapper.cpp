@@ -25,37 +25,14 @@ LocalMapper::LocalMapper(const Config& config, VoxelStore& store, ScanWorkers* w
   spare_slots_.reserve(static_cast<std::size_t>(config.memory.max_submaps));
 }
 
-bool LocalMapper::set_graph(const GraphRevision* revision) {
+void LocalMapper::set_graph(const GraphRevision* revision) {
   revision_ = revision;
-  if (const std::optional<Pose> T_M_S = closed_.anchors.fit(*revision)) closed_.T_M_A = *T_M_S * closed_.T_S_A;
-  if (active_ == nullptr) return false;
-  apply_graph(*active_, *revision);
-  if (travel_m_ < config_.fusion.min_active_travel_m || active_->first_node == kNoNode) return false;
-  return std::any_of(revision->new_loops.begin(), revision->new_loops.end(), [&](std::size_t i) {
-    const GraphEdge& edge = revision->graph.edges[i];
-    return std::min(edge.from, edge.to) < active_->first_node && std::max(edge.from, edge.to) >= active_->first_node;
-  });
+  if (active_ != nullptr) apply_graph(*active_, *revision);
 }
 
-Submap* LocalMapper::close(SpawnReason next_reason) {
-  next_reason_ = next_reason;
+Submap* LocalMapper::close() {
   last_.is_valid = false;
-  if (active_ != nullptr) closed_ = {active_->anchors, T_S_A_, T_M_A()};
   return std::exchange(active_, nullptr);
-}
-
-Submap* LocalMapper::adopt(Submap* fused, const Pose& T_S_closed) {
-  if (revision_ != nullptr) apply_graph(*fused, *revision_);
-  Submap* meanwhile = active_;
-  const Pose T_M_cloud = (meanwhile != nullptr ? T_M_A() : closed_.T_M_A) * T_S_C_;
-  active_ = fused;
-  T_S_A_ = fused->T_M_S.inverse() * closed_.T_M_A * T_S_closed.inverse();
-  T_S_C_ = T_M_A().inverse() * T_M_cloud;
-  last_.is_valid = false;
-  travel_m_ = 0;
-  strange_scans_ = 0;
-  is_threshold_ = false;
-  return meanwhile;
 }
 
 bool LocalMapper::place(const Scan& scan, ScanOutcome& outcome) {
@@ -82,7 +59,7 @@ bool LocalMapper::place(const Scan& scan, ScanOutcome& outcome) {
   outcome.T_M_L = T_M_L_;
   outcome.node = scan.node;
   if (active_ != nullptr) {
-    outcome.returns_declined = beams_.assign(scan, T_M_A().inverse() * T_M_R_, config_.voxel);
+    outcome.returns_declined = beams_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
   }
   return true;
 }
@@ -95,13 +72,13 @@ double LocalMapper::present_shift_m(const Scan& scan) const {
   }
   const GraphNode* node = revision_ != nullptr ? revision_->node(last_.node) : nullptr;
   if (node == nullptr) return 0;
-  return displacement_m(last_.T_S_L.inverse() * T_M_A().inverse() * node->T_M_N * last_.T_R_L);
+  return displacement_m(last_.T_S_L.inverse() * active_->T_M_S.inverse() * node->T_M_N * last_.T_R_L);
 }
 
 void LocalMapper::filter_cloud() { cloud_.filter(beams_, T_S_C_.inverse().cast<float>()); }
 
 bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
-  if (active_ == nullptr) return spawn(scan, next_reason_, outcome);
+  if (active_ == nullptr) return spawn(scan, SpawnReason::kFirst, outcome);
   const double moved_m = last_.is_valid ? (last_.T_S_L.inverse() * T_S_L()).translation().norm() : 0;
   travel_m_ += moved_m;
   cloud_travel_m_ += moved_m;
@@ -131,8 +108,10 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   } else {
     cloud_.add(cloud_travel_m_);
   }
-  const bool is_long = config_.spawn.max_travel_m > 0 && travel_m_ >= config_.spawn.max_travel_m;
-  return !is_long || spare_slots_.empty() || spawn(scan, SpawnReason::kDistance, outcome);
+  if (spare_slots_.empty()) return true;
+  const auto is_as_long_as = [&](double limit_m) { return limit_m > 0 && travel_m_ >= limit_m; };
+  if (is_as_long_as(config_.spawn.max_travel_m)) return spawn(scan, SpawnReason::kDistance, outcome);
+  return !is_as_long_as(config_.spawn.return_travel_m) || !is_back() || spawn(scan, SpawnReason::kReturn, outcome);
 }
 
 bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outcome) {
@@ -145,8 +124,8 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   outcome.finished = active_;
   outcome.spawned = reason;
   // What is around stays the same where only the way has become too long: the cloud goes on.
-  const bool keeps_cloud = reason == SpawnReason::kDistance;
-  const Pose T_M_cloud = keeps_cloud ? Pose(T_M_A() * T_S_C_) : Pose::Identity();
+  const bool keeps_cloud = reason == SpawnReason::kDistance || reason == SpawnReason::kReturn;
+  const Pose T_M_cloud = keeps_cloud ? Pose(active_->T_M_S * T_S_C_) : Pose::Identity();
   active_ = spare_slots_.back();
   spare_slots_.pop_back();
   active_->id = next_id_++;
@@ -158,9 +137,7 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   active_->bind(scan.node, T_M_R_.inverse() * active_->T_M_S);
 
   travel_m_ = 0;
-  next_return_m_ = config_.spawn.return_travel_m;
   follows_threshold_ = reason == SpawnReason::kOverlap && is_threshold_;
-  T_S_A_ = Pose::Identity();
   T_S_C_ = keeps_cloud ? Pose(active_->T_M_S.inverse() * T_M_cloud) : Pose::Identity();
   is_threshold_ = is_threshold_ || !keeps_cloud;
   outcome.returns_declined = beams_.assign(scan, active_->T_M_S.inverse() * T_M_R_, config_.voxel);
@@ -180,7 +157,7 @@ void LocalMapper::begin_cloud() {
 void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
   outcome.submap = active_->id;
   outcome.num_returns = beams_.num_returns();
-  active_->note_scans(scan.node, T_M_R_.inverse() * T_M_A());
+  active_->note_scans(scan.node, T_M_R_.inverse() * active_->T_M_S);
   const Pose T_S_L_now = T_S_L();
   const IntegrationResult result =
       integrator_.integrate(beams_, T_S_L_now.translation().cast<float>(), pools_, active_->volume);
@@ -188,21 +165,17 @@ void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
   active_->path.add(origin_S);
   outcome.voxels_declined = result.voxels_declined;
   last_ = {true, scan.node, T_S_L_now, T_R_L_, scan.T_O_L};
-  outcome.is_known_place = comes_back();
 }
 
-bool LocalMapper::comes_back() {
-  if (config_.baseline || revision_ == nullptr || active_->first_node == kNoNode) return false;
-  if (config_.spawn.return_travel_m <= 0 || travel_m_ < next_return_m_) return false;
+bool LocalMapper::is_back() const {
+  if (revision_ == nullptr || active_->first_node == kNoNode) return false;
   const auto& nodes = revision_->graph.nodes;
   const auto newer = std::lower_bound(nodes.begin(), nodes.end(), active_->first_node,
                                       [](const GraphNode& node, NodeId id) { return node.id < id; });
   const Eigen::Vector3d here_M = T_M_L_.translation();
-  const bool is_back = std::any_of(nodes.begin(), newer, [&](const GraphNode& node) {
+  return std::any_of(nodes.begin(), newer, [&](const GraphNode& node) {
     return (node.T_M_N.translation() - here_M).squaredNorm() < kReturnM * kReturnM;
   });
-  if (is_back) next_return_m_ = 2 * travel_m_;
-  return is_back;
 }
 
 }  // namespace cloister

@@ -16,13 +16,6 @@ namespace {
 // Between two looks at what arrives on another way than the one that is waited for.
 constexpr std::chrono::milliseconds kPacketWait{5};
 constexpr std::chrono::milliseconds kTopicWait{20};
-// The same while a scan waits for the end of a fusion.
-constexpr std::chrono::milliseconds kFusionWait{1};
-// A fusion of the active submap takes tens of milliseconds, a chain of them half a second. Scans wait this long for it, and
-// while no more of them wait than there is room for: so a live mission becomes the map of its replay. A longer one goes on
-// beside them, which then go into a submap of their own.
-constexpr std::chrono::milliseconds kMaxFusionWait{1500};
-constexpr std::size_t kMaxScansInWait = LiveFeed::kMaxWaitingScans - 2;
 // Older than this is no way between two processes, but a clock that was set.
 constexpr std::chrono::seconds kMaxWay{10};
 
@@ -59,7 +52,6 @@ LiveMission::LiveMission(Parts parts, const ProgramConfig& config)
 
 void LiveMission::begin() {
   // In the order in which they know each other, and one pipeline's memory before another's.
-  graph_submitted_.reset();
   service_.reset();
   status_.reset();
   ros2_.reset();
@@ -109,18 +101,16 @@ void LiveMission::collect(Clock::time_point now) {
 }
 
 void LiveMission::wait() {
-  const auto topic_wait = graph_submitted_ ? kFusionWait : kTopicWait;
   if (parts_.drivers) {
-    parts_.drivers->wait(topic_wait);
+    parts_.drivers->wait(kTopicWait);
     return;
   }
   if (!parts_.socket) {
-    parts_.topics->wait(topic_wait);
+    parts_.topics->wait(kTopicWait);
     return;
   }
   pollfd waited{parts_.socket->file_descriptor(), POLLIN, 0};
-  const auto packet_wait = graph_submitted_ ? kFusionWait : kPacketWait;
-  (void)poll(&waited, 1, static_cast<int>(packet_wait.count()));
+  (void)poll(&waited, 1, static_cast<int>(kPacketWait.count()));
 }
 
 void LiveMission::take_in(Clock::time_point now) {
@@ -170,28 +160,12 @@ void LiveMission::take_assembled(Clock::time_point arrived) {
   }
 }
 
-bool LiveMission::waits_for_fusion(Clock::time_point now) {
-  if (!graph_submitted_) return false;
-  if (pipeline_->awaits_fusion()) {
-    const bool has_time = now != kEnd && now - *graph_submitted_ < kMaxFusionWait;
-    if (has_time && feed_->num_waiting_scans() <= kMaxScansInWait) return true;
-    if (now != kEnd) {
-      ++pipeline_->record().counters["fusions_not_waited_for"];
-    } else {
-      pipeline_->drain();
-    }
-  }
-  graph_submitted_.reset();
-  return false;
-}
-
 void LiveMission::feed_pipeline(Clock::time_point now) {
-  while (!waits_for_fusion(now)) {
+  while (true) {
     const LiveFeed::Item item = feed_->next(now, next_);
     if (item == LiveFeed::Item::kNone) return;
     if (item == LiveFeed::Item::kGraph) {
       pipeline_->submit(feed_->take_graph());
-      graph_submitted_ = now;
     } else if (Scan* slot = pipeline_->try_take_slot()) {
       std::swap(*slot, next_);
       pipeline_->submit(slot, feed_->scan_arrived());

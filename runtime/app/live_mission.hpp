@@ -67,7 +67,6 @@ class LiveMission {
   void take_packets();
   void take_assembled(Clock::time_point arrived);
   void feed_pipeline(Clock::time_point now);
-  [[nodiscard]] bool waits_for_fusion(Clock::time_point now);
   void answer_requests();
   [[nodiscard]] std::map<std::string, std::int64_t> counts(bool only_drops) const;
 
@@ -82,7 +81,6 @@ class LiveMission {
   std::optional<StatusPublisher> status_;
   std::optional<MapService> service_;
   Scan next_;
-  std::optional<Clock::time_point> graph_submitted_;  ///< set while what follows it waits
   Clock::time_point last_move_ = Clock::now();
   std::uint64_t num_done_ = 0;
 };
