@@ -40,35 +40,36 @@ std::optional<float> find_sheet(const TriangleMesh& mesh, const RayScene& scene,
   return std::nullopt;
 }
 
-bool is_one_surface(const RayScene& truth, const Eigen::Vector3f& a, const Eigen::Vector3f& b,
-                    float gap_m) {
-  const float a_m = truth.distance(a, kReach_m);
-  const float b_m = truth.distance(b, kReach_m);
+bool is_one_surface(const RayScene& truth, const LocalAlignment& alignment,
+                    const Eigen::Vector3f& a_M, const Eigen::Vector3f& b_M, float gap_m) {
+  const auto distance_m = [&](const Eigen::Vector3f& p_M) {
+    return truth.distance(alignment.to_world(p_M.cast<double>()).cast<float>(), kReach_m);
+  };
+  const float a_m = distance_m(a_M);
+  const float b_m = distance_m(b_M);
   return std::max(a_m, b_m) > std::max(0.05F, 0.45F * gap_m) && std::min(a_m, b_m) < kFurthestGap_m;
 }
 
 }  // namespace
 
-Result<DoubledSurface> find_doubled_surface(const TriangleMesh& mesh_M, const Pose& T_W_M,
+Result<DoubledSurface> find_doubled_surface(const TriangleMesh& mesh_M,
+                                            const LocalAlignment& alignment,
                                             const RayScene& truth_W, std::size_t samples,
                                             std::uint64_t seed) {
-  TriangleMesh mesh = mesh_M;
-  for (Eigen::Vector3f& vertex : mesh.vertices)
-    vertex = (T_W_M * vertex.cast<double>()).cast<float>();
-  const auto scene = RayScene::build(mesh);
+  const auto scene = RayScene::build(mesh_M);
   if (!scene) return tl::unexpected(scene.error());
   std::vector<std::size_t> triangles;
-  const auto points = sample_surface(mesh, samples, seed, &triangles);
+  const auto points = sample_surface(mesh_M, samples, seed, &triangles);
   DoubledSurface result;
   result.samples = points.size();
   for (std::size_t k = 0; k < points.size(); ++k) {
     const Eigen::Vector3f p = points[k].cast<float>();
-    const Eigen::Vector3f normal = normal_of(mesh, triangles[k]);
+    const Eigen::Vector3f normal = normal_of(mesh_M, triangles[k]);
     float widest_m = 0.0F;
     for (const float sign : {1.0F, -1.0F}) {
       const Eigen::Vector3f direction = sign * normal;
-      const auto gap_m = find_sheet(mesh, *scene, p, normal, direction);
-      if (!gap_m || !is_one_surface(truth_W, p, p + *gap_m * direction, *gap_m)) continue;
+      const auto gap_m = find_sheet(mesh_M, *scene, p, normal, direction);
+      if (!gap_m || !is_one_surface(truth_W, alignment, p, p + *gap_m * direction, *gap_m)) continue;
       widest_m = std::max(widest_m, *gap_m);
     }
     result.doubled += widest_m > 0.0F ? 1 : 0;

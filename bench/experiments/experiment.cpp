@@ -169,7 +169,8 @@ Result<void> judge(const ExperimentOptions& options, const Folders& folders,
   const Pose T_W_M = align(*estimate, truth->T_W_L).T_W_M;
 
   const auto doubled =
-      find_doubled_surface(*mesh_M, T_W_M, *truth_W, kDoublingSamples, experiment->seed);
+      find_doubled_surface(*mesh_M, LocalAlignment(*estimate, truth->T_W_L), *truth_W,
+                           kDoublingSamples, experiment->seed);
   if (!doubled) return tl::unexpected(doubled.error());
   experiment->doubled_share = doubled->share();
   experiment->doubled_far_share = doubled->far_share();

@@ -121,10 +121,15 @@ void add_sheet(float z, TriangleMesh* mesh) {
   mesh->triangles.push_back({first, first + 2, first + 3});
 }
 
-DoubledSurface doubled(const TriangleMesh& mesh, const TriangleMesh& truth) {
+/// @param error  how far the mission's graph has all of it aside
+DoubledSurface doubled(const TriangleMesh& mesh, const TriangleMesh& truth,
+                       const Eigen::Vector3d& error = Eigen::Vector3d::Zero()) {
   const auto scene = RayScene::build(truth);
   REQUIRE(scene);
-  const auto found = find_doubled_surface(mesh, Pose::Identity(), *scene, 2000, 1);
+  Pose aside = Pose::Identity();
+  aside.translation() = error;
+  const std::vector<StampedPose> T_M_L{{{0}, aside}}, T_W_L{{{0}, Pose::Identity()}};
+  const auto found = find_doubled_surface(mesh, LocalAlignment(T_M_L, T_W_L), *scene, 2000, 1);
   REQUIRE(found);
   CHECK(found->samples == 2000);
   return *found;
@@ -166,6 +171,19 @@ TEST_CASE("two sheets are not doubled where the truth has two, too near, too far
   TriangleMesh apart = two;
   for (std::size_t k = 2; k < 4; ++k) std::swap(apart.triangles[k][0], apart.triangles[k][1]);
   CHECK(doubled(apart, truth).doubled == 0);
+}
+
+TEST_CASE("what a graph has put aside is not doubled for that, and what is doubled stays so") {
+  TriangleMesh blinds, aside, wall;
+  add_sheet(0.0F, &wall);
+  for (const float z : {0.0F, 0.2F}) {
+    add_sheet(z, &blinds);
+    add_sheet(z + 0.1F, &aside);
+  }
+  CHECK(doubled(aside, blinds).share() > 0.99);
+  CHECK(doubled(aside, blinds, {0, 0, 0.1}).doubled == 0);
+  CHECK(doubled(aside, wall, {0, 0, 0.1}).share() > 0.99);
+  CHECK(doubled(aside, wall, {0, 0, 0.2}).share() > 0.99);
 }
 
 TEST_CASE("a pair's doubt is the root of its largest variance") {

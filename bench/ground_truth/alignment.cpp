@@ -33,4 +33,31 @@ Alignment align(std::span<const StampedPose> T_M_L, const std::vector<StampedPos
   return alignment;
 }
 
+LocalAlignment::LocalAlignment(std::span<const StampedPose> T_M_L,
+                               const std::vector<StampedPose>& T_W_L) {
+  constexpr double kStep_m = 0.5;
+  for (const StampedPose& estimate : T_M_L) {
+    const Eigen::Vector3d at_M = estimate.pose.translation();
+    if (!corrections_.empty() && (at_M - corrections_.back().at_M).norm() < kStep_m) continue;
+    corrections_.push_back({at_M, pose_at(T_W_L, estimate.stamp) * estimate.pose.inverse()});
+  }
+}
+
+Eigen::Vector3d LocalAlignment::to_world(const Eigen::Vector3d& p_M) const {
+  constexpr double kSigma_m = 5.0;
+  const auto square = [&](const Correction& c) { return (c.at_M - p_M).squaredNorm(); };
+  const Correction& nearest = *std::min_element(
+      corrections_.begin(), corrections_.end(),
+      [&](const Correction& a, const Correction& b) { return square(a) < square(b); });
+  const double least = square(nearest);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double weights = 0.0;
+  for (const Correction& correction : corrections_) {
+    const double weight = std::exp((least - square(correction)) / (2.0 * kSigma_m * kSigma_m));
+    sum += weight * (correction.T_W_M * p_M);
+    weights += weight;
+  }
+  return sum / weights;
+}
+
 }  // namespace cloister

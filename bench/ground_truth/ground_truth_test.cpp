@@ -58,6 +58,24 @@ TEST_CASE("a moved map is moved back exactly, even from a trajectory without ext
   }
 }
 
+TEST_CASE("a bent map is moved back where the scans were, each end by its own error") {
+  std::vector<StampedPose> truth, estimate;
+  for (int x = 0; x <= 100; ++x) {
+    Pose T_W_L = Pose::Identity();
+    T_W_L.translation().x() = x;
+    truth.push_back({{x}, T_W_L});
+    // The far half was put aside and turned, as a whole.
+    estimate.push_back({{x}, x < 50 ? T_W_L : some_pose() * T_W_L});
+  }
+  const LocalAlignment alignment(estimate, truth);
+  const Eigen::Vector3d beside{3, 8, 1};
+  for (const double x : {0.0, 20.0, 80.0, 100.0}) {
+    const Eigen::Vector3d p_W = Eigen::Vector3d{x, 0, 0} + beside;
+    const Eigen::Vector3d p_M = x < 50 ? p_W : some_pose() * p_W;
+    CHECK((alignment.to_world(p_M) - p_W).norm() < 0.01);
+  }
+}
+
 TEST_CASE(
     "points on a cube that is too large by 8 cm all count as within 10 cm and none within 5") {
   GroundTruth truth = make_truth();
