@@ -167,7 +167,6 @@ Result<void> read_outputs(const fs::path& out, LiveFigures& figures) {
   figures.drops = summary->root()["drops"].get<std::map<std::string, std::int64_t>>();
   const auto& counters = summary->root()["counters"];
   figures.in_shared_memory = counters.value("scans_read_in_shared_memory", std::int64_t{0});
-  figures.fusions_not_waited_for = counters.value("fusions_not_waited_for", std::int64_t{0});
 
   std::ifstream timeline(out / "timeline.csv");
   std::vector<float> latency_ms;

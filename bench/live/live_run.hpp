@@ -36,7 +36,7 @@ struct LiveFigures {
   std::int64_t received = 0, integrated = 0, dropped = 0;
   std::map<std::string, std::int64_t> drops;
   std::int64_t in_shared_memory = 0;  ///< scans read where the player wrote them
-  std::int64_t fusions = 0, fusions_not_waited_for = 0;
+  std::int64_t fusions = 0;
   TimingSummary latency_ms;
   std::int64_t over_limit = 0;  ///< scans later than `kLatencyLimitMs`
   double loopback_bytes_per_scan = 0;
