@@ -8,7 +8,7 @@
 
 namespace cloister {
 
-/// oneTBB's threads, lent to the scans of the integration thread.
+/// oneTBB's threads, lent to another thread: to the integration thread for its scans, to the overlap worker for its pairs.
 ///
 /// Threads: one caller. oneTBB allocates when its threads first meet a task; where nothing may allocate, there is one worker,
 /// the caller, and none of this is used.

@@ -2,9 +2,6 @@
 
 #include <atomic>
 
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
-
 #include "runtime/cpu_clock.hpp"
 #include "runtime/thread_name.hpp"
 
@@ -15,7 +12,7 @@ OverlapWorker::OverlapWorker(const VoxelStore& store, double voxel_size_m, int n
                              Doorbell& scheduler_bell)
     : store_(store),
       voxel_size_m_(voxel_size_m),
-      num_threads_(num_threads),
+      workers_(num_threads),
       requests_(requests),
       answers_(answers),
       bell_(bell),
@@ -55,22 +52,14 @@ void OverlapWorker::compare(OverlapBatch& batch) {
     // A sum that is read for the summary only.
     cpu_ns_.fetch_add(watch.cpu_ns(), std::memory_order_relaxed);
   };
-  if (num_threads_ == 1) {
-    for (std::size_t i = 0; i < batch.checks.size(); ++i) compare_one(i);
-    return;
-  }
-  // TBB orders what is before and after its tasks, but unseen: Debian's library is not instrumented. Said once more, so
-  // that the thread sanitizer knows it: release here and in each task, acquire in each task and here.
-  std::atomic<std::size_t> num_compared{0};
-  num_compared.store(0, std::memory_order_release);
-  const auto compare_in_task = [&](std::size_t i) {
-    (void)num_compared.load(std::memory_order_acquire);
-    compare_one(i);
-    num_compared.fetch_add(1, std::memory_order_release);
+  // Each worker takes the next pair that nobody has: only the numbers are shared, so relaxed order is enough.
+  std::atomic<std::size_t> next{0};
+  auto compare_all = [&] {
+    const auto take = [&] { return next.fetch_add(1, std::memory_order_relaxed); };
+    for (std::size_t i = take(); i < batch.checks.size(); i = take()) compare_one(i);
   };
-  tbb::task_arena arena(num_threads_);
-  arena.execute([&] { tbb::parallel_for(std::size_t{0}, batch.checks.size(), compare_in_task); });
-  (void)num_compared.load(std::memory_order_acquire);
+  workers_.run([](void* context, int) { (*static_cast<decltype(compare_all)*>(context))(); },
+               &compare_all);
 }
 
 }  // namespace cloister

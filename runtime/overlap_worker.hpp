@@ -5,16 +5,17 @@
 #include <thread>
 
 #include "runtime/doorbell.hpp"
+#include "runtime/lent_threads.hpp"
 #include "runtime/messages.hpp"
 #include "runtime/spsc_queue.hpp"
 
 namespace cloister {
 
-/// The thread that compares pairs of submaps, several at a time on a TBB arena when there are cores for it. The
+/// The thread that compares pairs of submaps, several at a time where there are cores for it. The
 /// answers do not depend on how many.
 class OverlapWorker {
  public:
-  /// @param requests  from the scheduler; a null batch ends the thread
+  /// @param requests  from the scheduler
   /// @param answers   back to the scheduler, the same batch with its overlaps filled
   OverlapWorker(const VoxelStore& store, double voxel_size_m, int num_threads, SpscQueue<OverlapBatch*>& requests,
                 SpscQueue<OverlapBatch*>& answers, Doorbell& bell, Doorbell& scheduler_bell);
@@ -29,7 +30,7 @@ class OverlapWorker {
 
   const VoxelStore& store_;
   double voxel_size_m_;
-  int num_threads_;
+  LentThreads workers_;
   SpscQueue<OverlapBatch*>& requests_;
   SpscQueue<OverlapBatch*>& answers_;
   Doorbell& bell_;
