@@ -39,7 +39,6 @@ const char* name_of(SpawnReason reason) {
     case SpawnReason::kFirst: return "first";
     case SpawnReason::kOverlap: return "overlap";
     case SpawnReason::kCorrection: return "correction";
-    case SpawnReason::kReturn: return "return";
     case SpawnReason::kDistance: return "distance";
     case SpawnReason::kNone: break;
   }

@@ -37,19 +37,18 @@ struct VoxelConfig {
 /// after it. If the overlap has fallen far below the limit, that one goes on: the next scans are held against a new cloud, until one
 /// is at home there or the submap is `max_threshold_m` long.
 ///
-/// A submap is rigid, odometry is not: at 0.5 % it drifts half a voxel to a voxel within `max_travel_m`. So a submap ends
-/// there, however much of it is still in sight. Who comes back to a known place begins a submap all the same: what the
-/// sensor sees from the door tells little. Once it has gone `return_travel_m`, and beside a node of an older submap, the new
-/// one ends. Each is laid on what is known of the place by its surfaces and, if the two may be fused, joins it; scans go on
-/// in the next. No scan goes into a fused submap: drift would shift its walls, and whatever came later be laid on those.
+/// A submap is rigid, odometry is not: at 0.5 % it drifts half a voxel within `max_travel_m`. So a submap ends there, however
+/// much of it is still in sight, is laid on what is known of the place by its surfaces and, if the two may be fused, joins
+/// it; scans go on in the next. Who comes back to a known place begins a submap all the same, for what the sensor sees from
+/// the door tells little, and no scan goes into a fused submap: drift would shift its walls, and whatever came later be laid
+/// on those.
 struct SpawnConfig {
   double min_overlap = 0.65;     ///< R_point at or below which a scan starts a new submap
   int min_scans = 2;             ///< so many scans in a row, at least; clouds that stand alone need no second
   double filter_m = 0.25;        ///< r_filter: edge of the voxel filter of scan and submap cloud
   double cloud_lag_m = 2.0;      ///< a scan joins its submap's cloud once the sensor has moved this far from it
   double max_threshold_m = 10.0; ///< how far a submap goes on in which, as in the one before, no scan is at home
-  double return_travel_m = 5.0;  ///< back in a known place, a submap ends so early, to join it; 0: as any other
-  double max_travel_m = 10.0;    ///< a submap ends where odometry has drifted a voxel since it began; 0: never
+  double max_travel_m = 7.0;     ///< a submap ends where odometry has drifted so far as to blur it; 0: never
   double min_covisibility = 0.5; ///< share of a submap's scans that must see a place for it to count as part of it
   double max_correction_m = 0.065;  ///< a graph correction that shifts the present place further starts a new submap
   double baseline_distance_m = 10.0;  ///< distance travelled per submap in baseline mode

@@ -26,7 +26,6 @@ void visit_fields(ConfigType& config, Visitor&& visit) {
   visit("spawn.filter_m", spawn.filter_m, 0.05, 5.0);
   visit("spawn.cloud_lag_m", spawn.cloud_lag_m, 0.0, 100.0);
   visit("spawn.max_threshold_m", spawn.max_threshold_m, 0.0, 100.0);
-  visit("spawn.return_travel_m", spawn.return_travel_m, 0.0, 1000.0);
   visit("spawn.max_travel_m", spawn.max_travel_m, 0.0, 1e6);
   visit("spawn.min_covisibility", spawn.min_covisibility, 0.0, 1.0);
   visit("spawn.max_correction_m", spawn.max_correction_m, 0.001, 100.0);

@@ -9,8 +9,6 @@
 namespace cloister {
 namespace {
 
-// This near to a node of an older submap the sensor is back in its place.
-constexpr double kReturnM = 1.5;
 // What is left of the overlap where a gateway opens into a wider place. A door comes down to little less than the limit.
 constexpr double kThresholdShare = 0.85;
 
@@ -108,10 +106,8 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
   } else {
     cloud_.add(cloud_travel_m_);
   }
-  if (spare_slots_.empty()) return true;
-  const auto is_as_long_as = [&](double limit_m) { return limit_m > 0 && travel_m_ >= limit_m; };
-  if (is_as_long_as(config_.spawn.max_travel_m)) return spawn(scan, SpawnReason::kDistance, outcome);
-  return !is_as_long_as(config_.spawn.return_travel_m) || !is_back() || spawn(scan, SpawnReason::kReturn, outcome);
+  const bool is_long = config_.spawn.max_travel_m > 0 && travel_m_ >= config_.spawn.max_travel_m;
+  return !is_long || spare_slots_.empty() || spawn(scan, SpawnReason::kDistance, outcome);
 }
 
 bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outcome) {
@@ -124,7 +120,7 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   outcome.finished = active_;
   outcome.spawned = reason;
   // What is around stays the same where only the way has become too long: the cloud goes on.
-  const bool keeps_cloud = reason == SpawnReason::kDistance || reason == SpawnReason::kReturn;
+  const bool keeps_cloud = reason == SpawnReason::kDistance;
   const Pose T_M_cloud = keeps_cloud ? Pose(active_->T_M_S * T_S_C_) : Pose::Identity();
   active_ = spare_slots_.back();
   spare_slots_.pop_back();
@@ -165,17 +161,6 @@ void LocalMapper::integrate(const Scan& scan, ScanOutcome& outcome) {
   active_->path.add(origin_S);
   outcome.voxels_declined = result.voxels_declined;
   last_ = {true, scan.node, T_S_L_now, T_R_L_, scan.T_O_L};
-}
-
-bool LocalMapper::is_back() const {
-  if (revision_ == nullptr || active_->first_node == kNoNode) return false;
-  const auto& nodes = revision_->graph.nodes;
-  const auto newer = std::lower_bound(nodes.begin(), nodes.end(), active_->first_node,
-                                      [](const GraphNode& node, NodeId id) { return node.id < id; });
-  const Eigen::Vector3d here_M = T_M_L_.translation();
-  return std::any_of(nodes.begin(), newer, [&](const GraphNode& node) {
-    return (node.T_M_N.translation() - here_M).squaredNorm() < kReturnM * kReturnM;
-  });
 }
 
 }  // namespace cloister

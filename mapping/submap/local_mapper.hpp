@@ -15,7 +15,7 @@
 namespace cloister {
 
 /// Why a scan began a new submap; kNone when it did not.
-enum class SpawnReason : std::uint8_t { kNone, kFirst, kOverlap, kCorrection, kReturn, kDistance };
+enum class SpawnReason : std::uint8_t { kNone, kFirst, kOverlap, kCorrection, kDistance };
 
 /// Why a scan was not integrated; kNone when it was.
 enum class ScanRefusal : std::uint8_t { kNone, kNoPose, kUnknownNode, kNoSubmapSlot };
@@ -75,8 +75,6 @@ class LocalMapper {
 
   [[nodiscard]] double present_shift_m(const Scan& scan) const;
   [[nodiscard]] bool spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outcome);
-  /// True when the sensor is back beside a node of an older submap.
-  [[nodiscard]] bool is_back() const;
   [[nodiscard]] Pose T_S_L() const { return active_->T_M_S.inverse() * T_M_L_; }
   void filter_cloud();
   /// With the filtered scan.

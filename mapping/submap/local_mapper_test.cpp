@@ -192,38 +192,6 @@ TEST_CASE("a submap ends before odometry has drifted far, and what has been seen
   CHECK(f.turn(elsewhere, {2.7, 0, 1}).spawned == SpawnReason::kOverlap);
 }
 
-TEST_CASE("back beside a node of an older submap the active one ends, and what has been seen goes on") {
-  for (const double return_travel_m : {0.0, 1.0, 25.0}) {
-    CAPTURE(return_travel_m);
-    Config config;
-    config.spawn.return_travel_m = return_travel_m;
-    config.spawn.max_travel_m = 0;
-    Fixture f(config);
-    GraphRevision revision;
-    Pose T_M_far = Pose::Identity();
-    T_M_far.translation().x() = 20;
-    revision.graph.nodes = {{0, {100'000'000}, true, Pose::Identity()}, {1, {300'000'000}, true, T_M_far}};
-    revision.T_O_N = {Pose::Identity(), T_M_far};
-    f.mapper.set_graph(&revision);
-    // A node of the submap itself is no place to come back to.
-    for (int i = 0; i < 20; ++i) {
-      CHECK(f.scan(room(-3, -3, 3, 3), {i % 2 == 0 ? 0 : 0.4, 0, 0.5}, 0).submap == 0);
-    }
-    const auto corridor = room(-6, -3, 26, 3);
-    CHECK(f.scan(corridor, {20, 0, 0.5}, 1, T_M_far.inverse()).spawned == SpawnReason::kOverlap);
-    std::vector<int> ended_at;
-    for (int x = 19; x >= 0; --x) {
-      const ScanOutcome outcome = f.scan(corridor, {1.0 * x, 0, 0.5}, 1, T_M_far.inverse());
-      CHECK(outcome.overlap_ratio > 0.95);
-      CHECK((outcome.spawned == SpawnReason::kReturn) == (outcome.finished != nullptr));
-      if (outcome.finished == nullptr) continue;
-      CHECK(outcome.finished->id == 1 + static_cast<SubmapId>(ended_at.size()));
-      ended_at.push_back(x);
-    }
-    CHECK(ended_at == (return_travel_m == 1.0 ? std::vector<int>{1, 0} : std::vector<int>{}));
-  }
-}
-
 TEST_CASE("scans without a pose or of an unknown node are refused") {
   Fixture f;
   CHECK(f.scan(room(-3, -3, 3, 3), {0, 0, 1}, 7).refusal == ScanRefusal::kUnknownNode);

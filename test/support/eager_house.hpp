@@ -14,7 +14,7 @@ namespace cloister {
 struct EagerHouse {
   EagerHouse() {
     config.map.spawn.min_overlap = 0.85;
-    config.map.spawn.return_travel_m = 1;
+    config.map.spawn.max_travel_m = 2;
     auto opened = MissionReader::open(CLOISTER_HOUSE_MISSION, config.map);
     REQUIRE(opened.has_value());
     reader = std::move(*opened);
