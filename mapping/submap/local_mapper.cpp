@@ -1,7 +1,5 @@
 #include "mapping/submap/local_mapper.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "mapping/scan/scan_motion.hpp"
