@@ -30,6 +30,16 @@ bool has_stayed(const Pose& T_b_a_before, const Pose& T_b_a_now, const Eigen::Al
   return true;
 }
 
+/// True when the sensor has hardly moved in a submap: one that was begun in a door, where the one before had become too
+/// long, and ended behind it.
+bool is_stub(const Submap& submap) {
+  constexpr float kMaxStubM = 1;
+  const auto points = submap.path.points();
+  return std::all_of(points.begin(), points.end(), [&](const Eigen::Vector3f& p_S) {
+    return (p_S - points.front()).norm() < kMaxStubM;
+  });
+}
+
 double larger_ratio(const VoxelOverlap& overlap) {
   return std::max(overlap.ratio_a(), overlap.ratio_b());
 }
@@ -179,8 +189,11 @@ void ElasticMap::record(const PairCheck& checked) {
   comparison = {entries_.at(checked.a->id).num_sources, entries_.at(checked.b->id).num_sources,
                 checked.T_b_a, checked.overlap};
   // Lines of sight cost more than a comparison of boxes: only of pairs that overlap enough.
-  if (!config_.baseline && larger_ratio(checked.overlap) >= config_.fusion.min_overlap)
-    comparison.sight = shared_sight(store_, config_.voxel.voxel_size_m, *checked.a, *checked.b);
+  if (config_.baseline || larger_ratio(checked.overlap) < config_.fusion.min_overlap) return;
+  // A stub is no room of its own, wherever in a door it was seen from.
+  comparison.sight = is_stub(*checked.a) != is_stub(*checked.b)
+                         ? 1
+                         : shared_sight(store_, config_.voxel.voxel_size_m, *checked.a, *checked.b);
 }
 
 std::optional<FusionCandidate> ElasticMap::next_candidate() {

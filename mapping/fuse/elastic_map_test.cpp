@@ -148,6 +148,25 @@ TEST_CASE("before two submaps are fused their surfaces are laid on each other, i
   CHECK_FALSE(map.agree({0, 2, true, {}}).has_value());
 }
 
+TEST_CASE("two paths that do not see each other stay apart, unless one is hardly a path") {
+  for (const bool is_stub : {false, true}) {
+    CAPTURE(is_stub);
+    Fixture f;
+    const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+    f.map.set_graph(&graph);
+    Submap* walk = f.finished(0, 0, 3);
+    Submap* behind = f.finished(1, 9, 3);
+    behind->path.clear();
+    // Between the third wall and the fourth.
+    for (int i = 0; i < (is_stub ? 3 : 8); ++i)
+      behind->path.add({3.5f * 0.52f + 0.3f * static_cast<float>(i), 1.4f, 0.1f});
+    for (int i = 1; i < 8; ++i) walk->path.add({3.5f * 0.52f + 0.3f * static_cast<float>(i), 0.4f, 0.1f});
+    f.map.add(walk);
+    f.map.add(behind);
+    CHECK(f.settle() == (is_stub ? 1 : 0));
+  }
+}
+
 TEST_CASE("submaps of different places are not even compared") {
   Fixture f;
   const GraphRevision graph = row_of_nodes(1e6);
