@@ -183,7 +183,7 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
   ++record_.accepted;
   event.kind = EventKind::kFusionAccepted;
   event.shift_m = alignment->shift_m;
-  event.reason = candidate.by_loop ? "loop" : "overlap";
+  event.reason = candidate.goes_on ? "continued" : candidate.by_loop ? "loop" : "overlap";
   record_.events.push_back(event);
   // Sums that only the reports read: relaxed order is enough.
   ports_.finished.bytes.fetch_add(static_cast<std::int64_t>(a.volume.bytes()) - bytes_before,

@@ -38,8 +38,8 @@ struct VoxelConfig {
 /// is at home there or the submap is `max_threshold_m` long.
 ///
 /// A submap is rigid, odometry is not: at 0.5 % it drifts half a voxel within `max_travel_m`. So a submap ends there, however
-/// much of it is still in sight, is laid on what is known of the place by its surfaces and, if the two may be fused, joins
-/// it; scans go on in the next. Who comes back to a known place begins a submap all the same, for what the sensor sees from
+/// much of it is still in sight, and scans go on in the next, which is fused with it. Each is laid on what is known of its
+/// place by its surfaces, and joins it. Who comes back to a known place begins a submap all the same, for what the sensor sees from
 /// the door tells little, and no scan goes into a fused submap: drift would shift its walls, and whatever came later be laid
 /// on those.
 struct SpawnConfig {

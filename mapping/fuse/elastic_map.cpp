@@ -30,16 +30,6 @@ bool has_stayed(const Pose& T_b_a_before, const Pose& T_b_a_now, const Eigen::Al
   return true;
 }
 
-/// True when the sensor has hardly moved in a submap: one that was begun in a door, where the one before had become too
-/// long, and ended behind it.
-bool is_stub(const Submap& submap) {
-  constexpr float kMaxStubM = 1;
-  const auto points = submap.path.points();
-  return std::all_of(points.begin(), points.end(), [&](const Eigen::Vector3f& p_S) {
-    return (p_S - points.front()).norm() < kMaxStubM;
-  });
-}
-
 double larger_ratio(const VoxelOverlap& overlap) {
   return std::max(overlap.ratio_a(), overlap.ratio_b());
 }
@@ -120,8 +110,16 @@ bool ElasticMap::overlaps_enough(const PairCheck& checked) const {
   return comparison != comparisons_.end() && is_one_place(comparison->second);
 }
 
+bool ElasticMap::goes_on(const Submap& a, const Submap& b) const {
+  const auto is_from = [&](const Submap& later, const Submap& earlier) {
+    return later.continues != kNoSubmap && survivor(later.continues) == earlier.id;
+  };
+  return !config_.baseline && (is_from(a, b) || is_from(b, a));
+}
+
 bool ElasticMap::is_one_place(const Comparison& comparison) const {
-  return config_.baseline || (larger_ratio(comparison.overlap) >= config_.fusion.min_overlap &&
+  return config_.baseline || comparison.goes_on ||
+         (larger_ratio(comparison.overlap) >= config_.fusion.min_overlap &&
                               comparison.sight >= config_.fusion.min_shared_sight);
 }
 
@@ -172,7 +170,8 @@ std::vector<PairCheck> ElasticMap::plan_checks() {
       if (known != comparisons_.end() && is_current(known->second, a->second, b->second)) continue;
       if (have_shared(a->first, b->first)) continue;
       const bool is_wanted = config_.baseline ? joined_by_loop(a->first, b->first)
-                                              : may_overlap_enough(a->second, b->second);
+                                              : may_overlap_enough(a->second, b->second) ||
+                                                    goes_on(*a->second.submap, *b->second.submap);
       if (known != comparisons_.end()) comparisons_.erase(known);
       if (!is_wanted) continue;
       checks.push_back({a->second.submap,
@@ -188,12 +187,11 @@ void ElasticMap::record(const PairCheck& checked) {
   Comparison& comparison = comparisons_[{checked.a->id, checked.b->id}];
   comparison = {entries_.at(checked.a->id).num_sources, entries_.at(checked.b->id).num_sources,
                 checked.T_b_a, checked.overlap};
+  comparison.goes_on = goes_on(*checked.a, *checked.b);
   // Lines of sight cost more than a comparison of boxes: only of pairs that overlap enough.
-  if (config_.baseline || larger_ratio(checked.overlap) < config_.fusion.min_overlap) return;
-  // A stub is no room of its own, wherever in a door it was seen from.
-  comparison.sight = is_stub(*checked.a) != is_stub(*checked.b)
-                         ? 1
-                         : shared_sight(store_, config_.voxel.voxel_size_m, *checked.a, *checked.b);
+  if (!config_.baseline && !comparison.goes_on &&
+      larger_ratio(checked.overlap) >= config_.fusion.min_overlap)
+    comparison.sight = shared_sight(store_, config_.voxel.voxel_size_m, *checked.a, *checked.b);
 }
 
 std::optional<FusionCandidate> ElasticMap::next_candidate() {
@@ -207,8 +205,10 @@ std::optional<FusionCandidate> ElasticMap::next_candidate() {
         b == entries_.end())
       continue;
     if (!is_current(comparison, a->second, b->second)) continue;
-    // In baseline mode lines of sight do not count, and all scores are zero.
-    const double score = larger_ratio(comparison.overlap) * comparison.sight;
+    // In baseline mode lines of sight do not count, and all scores are zero. What goes on comes first: what becomes of it is
+    // then held against other places as a whole.
+    const double score =
+        comparison.goes_on ? 2 : larger_ratio(comparison.overlap) * comparison.sight;
     if (best != nullptr && score <= best_score) continue;
     best = &item;
     best_score = score;
@@ -217,7 +217,7 @@ std::optional<FusionCandidate> ElasticMap::next_candidate() {
   const Pair pair = best->first;
   comparisons_[pair].is_judged = true;
   return FusionCandidate{pair.first, pair.second, joined_by_loop(pair.first, pair.second),
-                         best->second.overlap};
+                         best->second.overlap, best->second.goes_on};
 }
 
 Judgement ElasticMap::judge(const FusionCandidate& candidate) {

@@ -32,6 +32,7 @@ struct FusionCandidate {
   SubmapId b = kNoSubmap;
   bool by_loop = false;  ///< a loop closure joins the two
   VoxelOverlap overlap;
+  bool goes_on = false;  ///< the later one continues the other (Submap::continues), however little they overlap
 };
 
 /// The graph's word on a candidate.
@@ -49,8 +50,8 @@ struct Judgement {
 ///
 /// A pair is compared when both the axis-aligned boxes of what they know overlap enough and the oriented boxes touch,
 /// and again only after one of them, or their relative pose, has changed. A pair that overlaps enough (FusionConfig
-/// says how it tells one place seen twice from two rooms seen through a door) is fused when
-/// the standard deviation between their roots is within `max_sigma_m`, provided that a loop closure's range covers
+/// says how it tells one place seen twice from two rooms seen through a door), or of which one continues the other, is
+/// fused when the standard deviation between their roots is within `max_sigma_m`, provided that a loop closure's range covers
 /// both roots; without one, the graph must know their place to `max_sigma_unlooped_m`.
 ///
 /// Threads: one owner (the fusion scheduler). Submaps are lent to the overlap worker between `plan_checks` and
@@ -116,6 +117,7 @@ class ElasticMap {
     Pose T_b_a = Pose::Identity();
     VoxelOverlap overlap;
     double sight = 0;  ///< see shared_sight
+    bool goes_on = false;  ///< see FusionCandidate
     bool is_judged = false;
   };
   using Pair = std::pair<SubmapId, SubmapId>;
@@ -134,6 +136,8 @@ class ElasticMap {
   [[nodiscard]] std::size_t share_places(Entry& a, Entry& b, Sharing& sharing);
   [[nodiscard]] bool is_current(const Comparison& comparison, const Entry& a, const Entry& b) const;
   [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
+  /// True when one of the two was begun only because the other had become too long.
+  [[nodiscard]] bool goes_on(const Submap& a, const Submap& b) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
   [[nodiscard]] double share_same_surfaces(const Submap& a, const Submap& b, const Pose& T_b_a) const;
   void note_nodes(const Submap& submap);

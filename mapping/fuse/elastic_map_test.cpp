@@ -148,23 +148,41 @@ TEST_CASE("before two submaps are fused their surfaces are laid on each other, i
   CHECK_FALSE(map.agree({0, 2, true, {}}).has_value());
 }
 
-TEST_CASE("two paths that do not see each other stay apart, unless one is hardly a path") {
-  for (const bool is_stub : {false, true}) {
-    CAPTURE(is_stub);
+TEST_CASE("two paths that do not see each other stay apart, unless one goes on where the other had become too long") {
+  for (const SubmapId continues : {kNoSubmap, SubmapId{0}}) {
+    CAPTURE(continues);
     Fixture f;
     const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
     f.map.set_graph(&graph);
-    Submap* walk = f.finished(0, 0, 3);
-    Submap* behind = f.finished(1, 9, 3);
+    f.map.add(f.finished(0, 0, 3));
+    Submap* behind = f.finished(2, 9, 3);
+    behind->continues = continues;
     behind->path.clear();
-    // Between the third wall and the fourth.
-    for (int i = 0; i < (is_stub ? 3 : 8); ++i)
-      behind->path.add({3.5f * 0.52f + 0.3f * static_cast<float>(i), 1.4f, 0.1f});
-    for (int i = 1; i < 8; ++i) walk->path.add({3.5f * 0.52f + 0.3f * static_cast<float>(i), 0.4f, 0.1f});
-    f.map.add(walk);
+    behind->path.add({3.5f * 0.52f, 1.4f, 0.1f});  // between the third wall and the fourth
     f.map.add(behind);
-    CHECK(f.settle() == (is_stub ? 1 : 0));
+    CHECK(f.settle() == (continues == 0 ? 1 : 0));
   }
+}
+
+TEST_CASE("what goes on joins what the one before has become, before it is held against other places") {
+  Fixture f;
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&graph);
+  f.map.add(f.finished(0, 0, 3));
+  f.map.add(f.finished(1, 9, 3));
+  REQUIRE(f.settle() == 1);
+  // A second block is half of what it knows: it overlaps no more with one than with the other.
+  Submap* next = f.finished(2, 9, 3);
+  f.add_wall(*next, 4);
+  next->continues = 1;
+  f.map.add(next);
+  f.map.add(f.finished(3, 0, 30));
+  for (const PairCheck& check : f.map.plan_checks()) f.map.record(check);
+  const auto candidate = f.map.next_candidate();
+  REQUIRE(candidate.has_value());
+  CHECK(candidate->a == 0);
+  CHECK(candidate->b == 2);
+  CHECK(candidate->goes_on);
 }
 
 TEST_CASE("submaps of different places are not even compared") {

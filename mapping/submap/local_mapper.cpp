@@ -120,9 +120,11 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   // What is around stays the same where only the way has become too long: the cloud goes on.
   const bool keeps_cloud = reason == SpawnReason::kDistance;
   const Pose T_M_cloud = keeps_cloud ? Pose(active_->T_M_S * T_S_C_) : Pose::Identity();
+  const SubmapId continues = keeps_cloud ? active_->id : kNoSubmap;
   active_ = spare_slots_.back();
   spare_slots_.pop_back();
   active_->id = next_id_++;
+  active_->continues = continues;
   active_->spawned = scan.stamp;
   // Parallel to M and on its grid of blocks: submaps that no correction moves apart share one grid.
   const double grid_m = config_.voxel.voxel_size_m * kBlockEdge;

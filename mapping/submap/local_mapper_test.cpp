@@ -185,11 +185,13 @@ TEST_CASE("a submap ends before odometry has drifted far, and what has been seen
     CHECK(outcome.spawned == (i == 0 ? SpawnReason::kFirst : is_end ? SpawnReason::kDistance : SpawnReason::kNone));
     CHECK((outcome.finished != nullptr) == is_end);
     CHECK(outcome.submap == i / 20);
+    CHECK(f.mapper.active()->continues == i / 20 - 1);
     CHECK((i == 0 || outcome.overlap_ratio > 0.95));
   }
   // A new cloud would not have told yet that this is another place.
   (void)f.turn(elsewhere, {2.6, 0, 1});
   CHECK(f.turn(elsewhere, {2.7, 0, 1}).spawned == SpawnReason::kOverlap);
+  CHECK(f.mapper.active()->continues == kNoSubmap);
 }
 
 TEST_CASE("scans without a pose or of an unknown node are refused") {

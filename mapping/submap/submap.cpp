@@ -27,7 +27,7 @@ void Submap::note_node(NodeId node) {
 }
 
 void Submap::reset() {
-  id = kNoSubmap;
+  id = continues = kNoSubmap;
   root = first_node = last_node = kNoNode;
   spawned = {};
   T_root_S = T_M_S = Pose::Identity();
