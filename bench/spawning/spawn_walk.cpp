@@ -80,7 +80,8 @@ void SpawnWalk::scan(const TriangleMesh& mesh_W, const RayScene& scene_W, const 
   mapper_.integrate(scan_, outcome);
   REQUIRE(outcome.voxels_declined == 0);
   REQUIRE_FALSE(outcome.is_spawn_declined);
-  if (outcome.spawned != SpawnReason::kNone) submaps_.push_back({outcome.spawned, travel_m_});
+  if (outcome.spawned != SpawnReason::kNone && outcome.spawned != SpawnReason::kDistance)
+    submaps_.push_back({outcome.spawned, travel_m_});
 }
 
 void SpawnWalk::scan_all(const TriangleMesh& mesh_W, const Trajectory& truth) {

@@ -9,14 +9,15 @@
 
 namespace cloister {
 
-/// What a mapper made of a walk, submap by submap.
+/// What a mapper made of a walk, submap by submap. One that begins only because the one before has become too long continues
+/// it (Submap::continues), and counts as part of it.
 struct SpawnedSubmap {
   SpawnReason reason = SpawnReason::kNone;
   double begins_at_m = 0.0;  ///< way of the sensor until its first scan
 };
 
 /// Carries a sensor through a world and hands its scans to a mapper as they come, placed by their true poses: no drift,
-/// no graph, so that a submap begins only for what is seen. Not copied or moved: the mapper points into it.
+/// no graph, so that a submap begins only for what is seen, or for its length. Not copied or moved: the mapper points into it.
 class SpawnWalk {
  public:
   /// @param sensor  its columns may be fewer than a real one's
