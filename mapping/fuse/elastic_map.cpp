@@ -47,6 +47,7 @@ void ElasticMap::add(Submap* submap) {
   if (revision_ != nullptr) apply_graph(*submap, *revision_);
   Entry& entry = entries_[submap->id];
   entry.submap = submap;
+  unfinished_ = submap->is_continued ? submap->id : kNoSubmap;
   ++entry.num_sources;
   refresh(entry);
   note_nodes(*submap);
@@ -276,8 +277,10 @@ bool ElasticMap::have_shared(SubmapId a, SubmapId b) const {
 std::size_t ElasticMap::share_places() {
   if (config_.baseline) return 0;
   std::size_t moved = 0;
+  const SubmapId unfinished = survivor(unfinished_);
   for (auto a = entries_.begin(); a != entries_.end(); ++a) {
     for (auto b = std::next(a); b != entries_.end(); ++b) {
+      if (a->first == unfinished || b->first == unfinished) continue;
       moved += share_places(a->second, b->second, sharings_[{a->first, b->first}]);
     }
   }

@@ -82,7 +82,8 @@ class ElasticMap {
   /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
   /// it (see share_places): with full trust where the graph is as certain of the pair as a fusion needs and both see the
   /// surfaces of their place alike, else only copies, glimpses and second views go, unless they wait to be fused. Pairs of
-  /// which neither has taken up scans since are passed over.
+  /// which neither has taken up scans since are passed over, and so is what another submap will continue: only whole places
+  /// can be told apart by their overlap, and what is shared counts no more.
   /// @return number of blocks that changed hands
   [[nodiscard]] std::size_t share_places();
   /// Makes b part of a.
@@ -154,6 +155,7 @@ class ElasticMap {
   std::map<Pair, Comparison> comparisons_;
   std::map<Pair, Sharing> sharings_;
   std::map<SubmapId, SubmapId> fused_into_;
+  SubmapId unfinished_ = kNoSubmap;  ///< the last one added, if another will continue it
   std::map<NodeId, SubmapId> node_owner_;  ///< the first submap that holds a node's scans
   std::map<SubmapId, NodeId> root_at_spawn_;
   std::vector<std::pair<NodeId, NodeId>> loops_;  ///< all loop closures so far, (older, newer)

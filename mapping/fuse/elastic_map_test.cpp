@@ -355,6 +355,23 @@ TEST_CASE("two paths on either side of a wall are two places, however much both 
   CHECK(f.map.submaps().size() == 2);
 }
 
+TEST_CASE("a room is shared with its neighbours once it is whole") {
+  RowOfRooms f;
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&graph);
+  f.map.add(f.seen_from(0, 0, 0));
+  Submap* part = f.seen_from(1, 2, 1);
+  part->is_continued = true;
+  f.map.add(part);
+  CHECK(f.settle() == 0);
+  CHECK(f.map.share_places() == 0);
+  Submap* rest = f.seen_from(2, 2, 1);
+  rest->continues = 1;
+  f.map.add(rest);
+  CHECK(f.settle() == 1);
+  CHECK(f.map.share_places() > 0);
+}
+
 TEST_CASE(
     "rooms visited again come back to one submap each, and no pair is left that should have been "
     "fused") {

@@ -121,6 +121,7 @@ bool LocalMapper::spawn(const Scan& scan, SpawnReason reason, ScanOutcome& outco
   const bool keeps_cloud = reason == SpawnReason::kDistance;
   const Pose T_M_cloud = keeps_cloud ? Pose(active_->T_M_S * T_S_C_) : Pose::Identity();
   const SubmapId continues = keeps_cloud ? active_->id : kNoSubmap;
+  if (keeps_cloud) active_->is_continued = true;
   active_ = spare_slots_.back();
   spare_slots_.pop_back();
   active_->id = next_id_++;

@@ -28,6 +28,7 @@ void Submap::note_node(NodeId node) {
 
 void Submap::reset() {
   id = continues = kNoSubmap;
+  is_continued = false;
   root = first_node = last_node = kNoNode;
   spawned = {};
   T_root_S = T_M_S = Pose::Identity();

@@ -31,6 +31,7 @@ struct Submap {
   NodeId root = kNoNode;         ///< kNoNode while no graph is known: then T_M_S is T_O_S
   SensorTime spawned;            ///< stamp of its first scan
   SubmapId continues = kNoSubmap;  ///< the submap that ended where this one began only for its length: they are one place
+  bool is_continued = false;  ///< it ended for its length: another one continues it
   Pose T_root_S = Pose::Identity();
   Pose T_M_S = Pose::Identity(); ///< as of the newest graph revision applied
   NodeId first_node = kNoNode;   ///< lowest and highest node whose scans it holds
