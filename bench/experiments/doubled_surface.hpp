@@ -5,7 +5,6 @@
 #include "bench/ground_truth/alignment.hpp"
 #include "bench/ground_truth/truth.hpp"
 #include "bench/simulate/ray_scene.hpp"
-#include "mapping/core/pose.hpp"
 
 namespace cloister {
 

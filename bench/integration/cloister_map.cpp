@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "mapping/scan/scan_motion.hpp"
 #include "mapping/overlap/voxel_overlap.hpp"
+#include "mapping/scan/scan_motion.hpp"
 
 namespace cloister {
 namespace {

@@ -171,13 +171,17 @@ TEST_CASE("what goes on joins what the one before has become, before it is held 
   f.map.add(f.finished(0, 0, 3));
   f.map.add(f.finished(1, 9, 3));
   REQUIRE(f.settle() == 1);
-  // A second block is half of what it knows: it overlaps no more with one than with the other.
+  // What it knows is half of the one before, and half of another place that it overlaps as much.
   Submap* next = f.finished(2, 9, 3);
   f.add_wall(*next, 4);
   next->continues = 1;
   f.map.add(next);
-  f.map.add(f.finished(3, 0, 30));
-  for (const PairCheck& check : f.map.plan_checks()) f.map.record(check);
+  f.map.add(f.finished(3, 0, 4));
+  for (PairCheck& check : f.map.plan_checks()) {
+    check.overlap = voxel_overlap(f.store, check.a->volume, check.b->volume, check.T_b_a,
+                                  f.config.voxel.voxel_size_m);
+    f.map.record(check);
+  }
   const auto candidate = f.map.next_candidate();
   REQUIRE(candidate.has_value());
   CHECK(candidate->a == 0);
