@@ -25,6 +25,8 @@ constexpr std::size_t kDoublingSamples = 200'000;
 // Nodes between loop closures, so 30 m. A closure every few metres joins all submaps of a baseline, which fuses whatever
 // a closure joins, into a single rigid one: nothing is left to compare with.
 constexpr const char* kClosureSpacing = "15";
+// Six gigabytes: what the baseline would need is what ours is compared with, not what a default budget leaves of it.
+constexpr const char* kBaselineBudget = "memory.budget_bytes=6442450944";
 // Where closures are put to the test, there must be many: 6 m.
 constexpr const char* kFaultyClosureSpacing = "3";
 
@@ -77,7 +79,8 @@ Result<void> run_programs(const ExperimentOptions& options, const Folders& folde
       {"simulate", simulate},
       {"replay", {program("cloister"), "replay", mission, "--out", ours}},
       {"baseline",
-       {program("cloister"), "replay", mission, "--out", folders.baseline.string(), "--baseline"}},
+       {program("cloister"), "replay", mission, "--out", folders.baseline.string(), "--baseline",
+        "--set", kBaselineBudget}},
       {"ground_truth",
        {program("cloister-ground-truth"), mission, ours, "--cloister", program("cloister")}},
       {"final_map",
