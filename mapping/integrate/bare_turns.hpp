@@ -7,14 +7,14 @@ namespace cloister {
 
 /// How often the bare blocks of far chunks are asked which of their octants are seen through. They hold nothing that could
 /// be cleared, and nine in ten show nothing: they lie in the shade of leaves, or behind a wall with a window. Beside trees
-/// there are so many of them that asking each takes most of a scan's time. So they are asked in turns that grow with their
-/// number, up to a third as often as all the rest.
+/// there are so many of them that asking each takes most of a scan's time; indoors it is a sixth. So they are asked half
+/// as often as all the rest, and where there are many, a third as often.
 ///
 /// The turns of a scan follow from what the one before has asked, a number of blocks and never a clock: every machine
 /// makes the same map.
 class BareTurns {
  public:
-  static constexpr int kMaxTurns = 3;
+  static constexpr int kMinTurns = 2, kMaxTurns = 3;
 
   /// Bare blocks are asked by one in so many of the scans that ask their chunk.
   [[nodiscard]] int turns() const { return turns_; }
@@ -26,7 +26,7 @@ class BareTurns {
     const std::size_t all_far = num_far * static_cast<std::size_t>(turns_);
     const auto turns_for = [&](std::size_t blocks) {
       return static_cast<int>(
-          std::clamp<std::size_t>((blocks + room - 1) / room, 1, std::size_t{kMaxTurns}));
+          std::clamp<std::size_t>((blocks + room - 1) / room, kMinTurns, kMaxTurns));
     };
     // Fewer only with room to spare: between two numbers that come and go, some blocks would be asked rarely.
     turns_ = std::max(turns_for(all_far), std::min(turns_, turns_for(all_far + all_far / 4)));
@@ -38,7 +38,7 @@ class BareTurns {
   // What is left for far ones, however many are near.
   static constexpr std::size_t kMinFar = kMaxAsked / 4;
 
-  int turns_ = 1;
+  int turns_ = kMinTurns;
 };
 
 }  // namespace cloister

@@ -8,13 +8,11 @@
 namespace cloister {
 namespace {
 
-TEST_CASE("bare blocks take turns only where there are many") {
+TEST_CASE("bare blocks take more turns where there are many") {
   BareTurns bare;
-  CHECK(bare.turns() == 1);
-  bare.choose(2'000, 15'000);
-  CHECK(bare.turns() == 1);
-  bare.choose(2'000, 50'000);
-  CHECK(bare.turns() == 2);
+  CHECK(bare.turns() == BareTurns::kMinTurns);
+  bare.choose(2'000, 7'000);
+  CHECK(bare.turns() == BareTurns::kMinTurns);
   bare.choose(2'000, 50'000);
   CHECK(bare.turns() == BareTurns::kMaxTurns);
   bare.choose(40'000, 1'000'000);
@@ -24,14 +22,14 @@ TEST_CASE("bare blocks take turns only where there are many") {
 TEST_CASE("turns that suffice stay until there is room to spare") {
   BareTurns bare;
   bare.choose(0, 50'000);
-  REQUIRE(bare.turns() == 2);
+  REQUIRE(bare.turns() == 3);
   bare.choose(0, 25'000);
-  CHECK(bare.turns() == 2);
-  // 27,000 in all would be few enough, but not by much.
+  CHECK(bare.turns() == 3);
+  // 54,000 in all would be few enough for two turns, but not by much.
+  bare.choose(0, 18'000);
+  CHECK(bare.turns() == 3);
   bare.choose(0, 13'500);
   CHECK(bare.turns() == 2);
-  bare.choose(0, 10'000);
-  CHECK(bare.turns() == 1);
 }
 
 TEST_CASE("taking turns, bare blocks are known as well, only later") {

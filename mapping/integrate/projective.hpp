@@ -62,7 +62,7 @@ struct ProjectiveResult {
 ///   - Where rows are more than a voxel apart, chunks of 64 voxels are asked for free space by every other scan, and from
 ///     twice as far on by every third, in turn; what is then seen through counts twice or three times, so that what has
 ///     gone is cleared as soon. Returns count in every scan, and the first scan asks everything.
-///   - There, bare blocks may be asked for octants by another one in two or three of those scans: see BareTurns.
+///   - There, bare blocks are asked for octants by one in two or three of those scans: see BareTurns.
 ///   - A block in which the last scan changed next to nothing rests: every other scan looks into it, and what is seen
 ///     through counts twice.
 ///
