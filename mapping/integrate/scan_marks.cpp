@@ -103,7 +103,7 @@ void ScanMarks::mark_returns(const ScanBeams& scan) {
   Marked* marked = nullptr;
   // The last of the batch before comes first: nothing is that far away at the beginning.
   std::array<std::int32_t, kBatch + 1> x, y, z;
-  std::array<std::int32_t, kBatch> leaves_block, place;
+  std::array<std::int32_t, kBatch> leaves_voxel, place, fresh;
   x[0] = y[0] = z[0] = INT_MAX;
   for (std::size_t first = 0; first < scan.num_returns(); first += kBatch) {
     const std::size_t count = std::min(kBatch, scan.num_returns() - first);
@@ -111,12 +111,19 @@ void ScanMarks::mark_returns(const ScanBeams& scan) {
     voxels_along(scan.y_S() + first, count, voxels_per_metre_, y.data() + 1);
     voxels_along(scan.z_S() + first, count, voxels_per_metre_, z.data() + 1);
     for (std::size_t i = 0; i < count; ++i) {
-      leaves_block[i] = ((x[i + 1] ^ x[i]) | (y[i + 1] ^ y[i]) | (z[i + 1] ^ z[i])) >> kBlockShift;
+      leaves_voxel[i] = (x[i + 1] ^ x[i]) | (y[i + 1] ^ y[i]) | (z[i + 1] ^ z[i]);
       place[i] = index_in_block(x[i + 1], y[i + 1], z[i + 1]);
     }
+    // Neighbouring beams end in the same voxel more often than not: once is enough, and spares waiting for the word that
+    // was just written. Which of them do is nothing that a branch could foretell.
+    std::size_t num_fresh = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      // Neighbouring beams end in the same block more often than not.
-      if (leaves_block[i] != 0) {
+      fresh[num_fresh] = static_cast<std::int32_t>(i);
+      num_fresh += leaves_voxel[i] != 0;
+    }
+    for (std::size_t k = 0; k < num_fresh; ++k) {
+      const auto i = static_cast<std::size_t>(fresh[k]);
+      if (leaves_voxel[i] >> kBlockShift != 0) {
         marked = find_or_make(parent_coord({x[i + 1], y[i + 1], z[i + 1]}));
       }
       if (marked == nullptr) {
