@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "mapping/scan/image_row.hpp"
 #include "mapping/scan/scan_motion.hpp"
@@ -28,6 +29,7 @@ ScanBeams::ScanBeams(std::size_t max_points) : max_points_(max_points) {
     returns->resize(max_points + kStorePadding);
   range_m_.reserve(max_points + max_points / 2);
   column_pose_.reserve(kPoseEntries * 2 * max_points);
+  column_bits_.reserve(max_points);
 }
 
 void ScanBeams::place_columns(const Scan& scan, const Pose& T_S_R) {
@@ -35,6 +37,7 @@ void ScanBeams::place_columns(const Scan& scan, const Pose& T_S_R) {
   const std::size_t stride = 2 * static_cast<std::size_t>(columns);
   column_pose_.resize(kPoseEntries * stride);
   image_.poses.resize(static_cast<std::size_t>(columns));
+  column_bits_.resize(static_cast<std::size_t>(columns));
   ScanMotion motion(scan.poses);
   Pose T_S_L = T_S_R * scan.poses.front().T_R_L;
   Pose T_S_first = T_S_L;
@@ -42,6 +45,7 @@ void ScanBeams::place_columns(const Scan& scan, const Pose& T_S_R) {
   double least_cosine = 1;
   image_.moved_m = 0;
   for (int column = 0; column < columns; ++column) {
+    column_bits_[column] = scan.column_valid[column] ? ~std::uint32_t{0} : 0;
     // A lost column was where the one before it was.
     if (scan.column_valid[column]) {
       T_S_L = T_S_R * motion.T_R_L(scan.column_stamps[column]);
@@ -80,19 +84,22 @@ void ScanBeams::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelCon
   image_.stride = static_cast<int>(stride);
   range_m_.resize(stride * rows + RangeImage::kPadding);
   image_.free_m.resize(stride * rows);
-  const float min_range_m = static_cast<float>(config.min_range_m);
+  const float nearest_m =
+      std::max(static_cast<float>(config.min_range_m), std::numeric_limits<float>::min());
   const float depth_m = static_cast<float>(config.return_depth_m);
   for (int row = 0; row < rows; ++row) {
     const auto& beam = projection.rows[row];
     float* range = &range_m_[row * stride + kRowFront];
     const std::uint32_t* raw = &scan.ranges_mm[static_cast<std::size_t>(row) * columns];
     // Column c of the scan is column c - shift of the image, around the turn.
+    const float add_m = depth_m - beam.range_offset_m;
     const auto copy = [&](int from, int to, int offset) {
       for (int column = from; column < to; ++column) {
-        const float measured_m = kMetresPerMillimetre * static_cast<float>(raw[column + offset]);
-        const bool is_valid =
-            scan.column_valid[column + offset] && measured_m > 0 && measured_m >= min_range_m;
-        range[column] = is_valid ? measured_m + depth_m - beam.range_offset_m : 0;
+        // Signed, as that is the conversion that vectors have: no range comes near 2^31.
+        const auto millimetres =
+            static_cast<std::int32_t>(raw[column + offset] & column_bits_[column + offset]);
+        const float measured_m = kMetresPerMillimetre * static_cast<float>(millimetres);
+        range[column] = measured_m >= nearest_m ? measured_m + add_m : 0;
       }
     };
     copy(0, columns - beam.shift, beam.shift);

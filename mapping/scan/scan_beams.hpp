@@ -75,6 +75,7 @@ class ScanBeams {
   std::vector<Ray> rays_;
   std::vector<float> x_S_, y_S_, z_S_;
   std::vector<float> range_m_;  ///< [num_rows x stride] destaggered, from the ring; 0 = no return
+  std::vector<std::uint32_t> column_bits_;  ///< [num_columns] all set where a column was received
   std::vector<float>
       column_pose_;  ///< [12 x 2 num_columns] R_S_L row by row, then t_S; columns repeat
   std::size_t max_points_;
