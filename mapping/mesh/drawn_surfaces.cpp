@@ -9,8 +9,9 @@
 namespace cloister {
 namespace {
 
-// How far apart two submaps may see one surface: as far as places are shared (mapping/fuse/same_surface.cpp).
-constexpr int kReachVox = 3;
+// How far apart two submaps may show one surface: a third of a metre, at a building's far side as much as a graph that is
+// in doubt of the two. Within one submap such steps are drawn.
+constexpr int kReachVox = 5;
 constexpr int kStepsPerVoxel = 2;
 
 /// Sums of the triangles' normals at each vertex, towards free space.

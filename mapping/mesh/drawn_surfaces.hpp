@@ -14,7 +14,7 @@ namespace cloister {
 ///
 /// Submaps that share a place (see share_places) meet block by block. Where a correction has turned or moved one against
 /// the other their blocks overlap at the seam, and where the graph is in doubt nothing is shared at all: drawn as they are,
-/// both show the same wall, a voxel or two apart.
+/// both show the same wall, some voxels apart.
 ///
 /// Threads: one owner; reads the submaps, and needs their owner's permission. Allocates.
 class DrawnSurfaces {
@@ -23,7 +23,7 @@ class DrawnSurfaces {
       : store_(store), voxel_size_m_(voxel_size_m) {}
 
   /// Takes a submap's triangles away, and vertices that nothing uses any more, where a submap that was added before
-  /// changes from free to occupied in the same direction at most three voxels before or behind each of their corners.
+  /// changes from free to occupied in the same direction at most five voxels before or behind each of their corners.
   void leave_out(const Submap& submap, TriangleMesh& mesh) const;
   /// The submap's mesh is drawn from now on. It must live as long as this.
   void add(const Submap& submap);
