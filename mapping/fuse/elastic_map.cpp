@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "mapping/fuse/fuser.hpp"
+#include "mapping/fuse/fusion_leftovers.hpp"
 #include "mapping/fuse/place_sharing.hpp"
 #include "mapping/fuse/same_surface.hpp"
 #include "mapping/fuse/shared_sight.hpp"
@@ -321,6 +322,8 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
   const auto moved = cloister::share_places(*a.submap, *b.submap, T_b_a.inverse(), config_.voxel,
                                             pools_, sharing.trust);
   if (!moved || *moved == 0) return 0;
+  (void)settle_free_space(pools_, a.submap->volume);
+  (void)settle_free_space(pools_, b.submap->volume);
   refresh(a);
   refresh(b);
   return *moved;
@@ -331,6 +334,10 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
   const auto b_entry = entries_.find(candidate.b);
   Submap* b = b_entry->second.submap;
   if (!fuse_volume(b->volume, T_b_a, config_.voxel, pools_, a.submap->volume)) return nullptr;
+  if (!config_.baseline) {
+    (void)forget_wall_interiors(pools_, a.submap->volume);
+    (void)settle_free_space(pools_, a.submap->volume);
+  }
 
   a.submap->merged_from.push_back(b->id);
   a.submap->merged_from.insert(a.submap->merged_from.end(), b->merged_from.begin(),

@@ -12,23 +12,6 @@
 
 namespace cloister {
 
-/// One bit for each voxel of a block: bit x + 8 y of word z.
-struct BlockBits {
-  std::uint64_t word[kBlockEdge];
-
-  [[nodiscard]] bool any() const {
-    std::uint64_t all = 0;
-    for (const std::uint64_t w : word) all |= w;
-    return all != 0;
-  }
-};
-
-/// Bits of an octant's voxels in a word of BlockBits, for each z that it reaches.
-[[nodiscard]] constexpr std::uint64_t octant_rows(int octant) {
-  return std::uint64_t{0x0f0f0f0f}
-         << ((octant & 1) * kOctantEdge + (octant >> 1 & 1) * kOctantEdge * kBlockEdge);
-}
-
 /// What one scan has marked: sets of voxels that its beams hit, and, for scans that are integrated beam by beam, that
 /// they crossed. However many beams pass a voxel, it is marked once.
 ///

@@ -75,6 +75,23 @@ inline constexpr int kOctantVoxels = 64;
   return {(octant & 1) * kOctantEdge, (octant >> 1 & 1) * kOctantEdge, (octant >> 2) * kOctantEdge};
 }
 
+/// One bit for each voxel of a block: bit x + 8 y of word z.
+struct BlockBits {
+  std::uint64_t word[kBlockEdge];
+
+  [[nodiscard]] bool any() const {
+    std::uint64_t all = 0;
+    for (const std::uint64_t w : word) all |= w;
+    return all != 0;
+  }
+};
+
+/// Bits of an octant's voxels in a word of BlockBits, for each z that it reaches.
+[[nodiscard]] constexpr std::uint64_t octant_rows(int octant) {
+  return std::uint64_t{0x0f0f0f0f}
+         << ((octant & 1) * kOctantEdge + (octant >> 1 & 1) * kOctantEdge * kBlockEdge);
+}
+
 /// What a block's place in a submap holds: a Block, or a coarse node, which is one value for those of its octants that
 /// are known.
 struct BlockView {

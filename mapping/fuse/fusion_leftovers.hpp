@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+
+#include "mapping/voxel/volume.hpp"
+
+namespace cloister {
+
+/// Forgets what lies inside walls. No beam sees behind a surface, so whatever noise and the errors of poses have put
+/// there is never cleared, and every fusion adds to it: walls would grow thick to the back without end, and hold more
+/// memory than all that is seen of them.
+///
+/// The two layers of occupied voxels next to free space stay: a surface lies between them. What is connected to them
+/// through occupied voxels, and further from free space, becomes unknown. Returns far away with nothing known around
+/// them are connected to no free space, and stay as well.
+///
+/// @return number of blocks that went back to the pool
+/// Threads: one owner of the volume and the pools. Allocates a list of the blocks with occupied voxels.
+std::size_t forget_wall_interiors(VoxelPools& pools, Volume& volume);
+
+/// Makes free space coarse again. A fusion lays the free octants of one grid on another that is turned against it, and
+/// leaves blocks of voxels wherever their borders cut one. A block in which nothing is occupied becomes a coarse node: an
+/// octant is free when three quarters of its voxels are, as when a scan sees through it (see integrate_projective), and
+/// unknown otherwise.
+///
+/// @return number of blocks that went back to the pool
+/// Threads: one owner of the volume and the pools. Allocates a list of the blocks concerned.
+std::size_t settle_free_space(VoxelPools& pools, Volume& volume);
+
+}  // namespace cloister

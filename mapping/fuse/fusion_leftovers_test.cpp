@@ -1,0 +1,113 @@
+#include "mapping/fuse/fusion_leftovers.hpp"
+
+#include <doctest/doctest.h>
+
+namespace cloister {
+namespace {
+
+struct OneVolume {
+  OneVolume() { pools.take_all(); }
+  VoxelStore store{512, 64};
+  VoxelPools pools{store};
+  Volume volume;
+
+  void set(const VoxelCoord& voxel, LogOdds value) {
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = volume.make_place(pools, parent_coord(voxel), &chunk);
+    volume.make_block(pools, *chunk, *place)->voxels[index_in_block(voxel)] = value;
+  }
+  void fill(const VoxelCoord& low, const VoxelCoord& high, LogOdds value) {
+    for (int z = low.z(); z < high.z(); ++z) {
+      for (int y = low.y(); y < high.y(); ++y) {
+        for (int x = low.x(); x < high.x(); ++x) set({x, y, z}, value);
+      }
+    }
+  }
+  [[nodiscard]] LogOdds at(int x, int y, int z) const { return volume.at(store, {x, y, z}); }
+};
+
+TEST_CASE("of a thick wall the two layers next to free space stay, whichever way it looks") {
+  for (const int axis : {0, 1, 2}) {
+    for (const bool is_reversed : {false, true}) {
+      CAPTURE(axis);
+      CAPTURE(is_reversed);
+      OneVolume v;
+      // Free up to 13, then a wall as far as 29: across the border of blocks at 16.
+      const auto place = [&](int depth, int i, int j) {
+        VoxelCoord at;
+        at[axis] = is_reversed ? -1 - depth : depth;
+        at[(axis + 1) % 3] = i;
+        at[(axis + 2) % 3] = j;
+        return at;
+      };
+      for (int i = 0; i < 24; ++i) {
+        for (int j = 0; j < 24; ++j) {
+          for (int depth = 8; depth < 30; ++depth) v.set(place(depth, i, j), depth < 14 ? -20 : 30);
+        }
+      }
+      CHECK(forget_wall_interiors(v.pools, v.volume) == 2 * 9);
+      const auto at = [&](int depth) { return v.volume.at(v.store, place(depth, 12, 12)); };
+      CHECK(at(13) == -20);
+      CHECK(at(14) == 30);
+      CHECK(at(15) == 30);
+      for (int depth = 16; depth < 30; ++depth) CHECK(at(depth) == kUnknownLogOdds);
+      CHECK(v.volume.num_blocks() == 9);
+      CHECK(forget_wall_interiors(v.pools, v.volume) == 0);
+    }
+  }
+}
+
+TEST_CASE("free space that a coarse node holds has a wall's front beside it as well") {
+  OneVolume v;
+  v.fill({8, 0, 0}, {13, 8, 8}, 30);
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = v.volume.make_place(v.pools, {0, 0, 0}, &chunk);
+  // Of the octants at the wall only the lower ones.
+  v.volume.set_coarse(v.pools, *chunk, *place, -20, 0b00001111);
+  CHECK(forget_wall_interiors(v.pools, v.volume) == 0);
+  CHECK(v.at(8, 3, 1) == 30);
+  CHECK(v.at(9, 3, 1) == 30);
+  CHECK(v.at(10, 3, 1) == kUnknownLogOdds);
+  CHECK(v.at(12, 3, 1) == kUnknownLogOdds);
+  // The upper ones are as deep as it takes to get there.
+  CHECK(v.at(8, 3, 4) == 30);
+  CHECK(v.at(8, 3, 5) == kUnknownLogOdds);
+}
+
+TEST_CASE("returns with nothing known around them, and walls seen from both sides, stay") {
+  OneVolume v;
+  v.fill({40, 40, 40}, {46, 46, 46}, 30);
+  v.fill({0, 0, 0}, {8, 8, 2}, -20);
+  v.fill({0, 0, 2}, {8, 8, 6}, 30);
+  v.fill({0, 0, 6}, {8, 8, 8}, -20);
+  const std::size_t blocks = v.volume.num_blocks();
+  CHECK(forget_wall_interiors(v.pools, v.volume) == 0);
+  CHECK(v.volume.num_blocks() == blocks);
+  CHECK(v.at(43, 43, 43) == 30);
+  for (int z = 2; z < 6; ++z) CHECK(v.at(4, 4, z) == 30);
+}
+
+TEST_CASE("a block without anything occupied becomes coarse, free where three quarters of an octant are") {
+  OneVolume v;
+  v.fill({0, 0, 0}, {4, 4, 3}, -20);  // 48 of an octant's voxels
+  v.fill({4, 0, 0}, {8, 4, 2}, -30);  // 32
+  v.set({0, 0, 0}, -5);
+  v.set({8, 0, 0}, -20);  // alone in its block
+  v.fill({0, 8, 0}, {4, 12, 3}, -20);
+  v.set({0, 8, 3}, 30);
+  REQUIRE(v.volume.num_blocks() == 3);
+  CHECK(settle_free_space(v.pools, v.volume) == 2);
+  CHECK(v.volume.num_blocks() == 1);
+  // The weakest value stands for all of it, and the corner that was not seen is as free as the rest.
+  CHECK(v.at(1, 1, 1) == -5);
+  CHECK(v.at(1, 1, 3) == -5);
+  CHECK(v.at(5, 1, 1) == kUnknownLogOdds);
+  CHECK(v.at(8, 0, 0) == kUnknownLogOdds);
+  // Where something is occupied nothing has changed.
+  CHECK(v.at(0, 8, 3) == 30);
+  CHECK(v.at(1, 8, 3) == kUnknownLogOdds);
+  CHECK(v.at(1, 8, 2) == -20);
+}
+
+}  // namespace
+}  // namespace cloister
