@@ -17,7 +17,8 @@ constexpr std::array<std::array<int, 3>, 6> kSides = {
 
 struct CoordHash {
   std::size_t operator()(const BlockCoord& c) const {
-    return static_cast<std::size_t>(c.x()) * 73856093u ^ static_cast<std::size_t>(c.y()) * 19349663u ^
+    return static_cast<std::size_t>(c.x()) * 73856093u ^
+           static_cast<std::size_t>(c.y()) * 19349663u ^
            static_cast<std::size_t>(c.z()) * 83492791u;
   }
 };
@@ -109,7 +110,8 @@ bool find_next_layer(const VoxelStore& store, const Volume& volume, bool is_firs
     for (int side = 0; side < static_cast<int>(kSides.size()); ++side) {
       const auto at = static_cast<std::size_t>(side);
       if (solid.beside[at] >= 0) {
-        add_neighbours_across(solids[static_cast<std::size_t>(solid.beside[at])].layer, side, reached);
+        add_neighbours_across(solids[static_cast<std::size_t>(solid.beside[at])].layer, side,
+                              reached);
       } else if (is_first) {
         const BlockView view = volume.view(store, solid.coord + BlockCoord(kSides[at].data()));
         add_neighbours_across(free_bits(view), side, reached);
@@ -145,7 +147,7 @@ std::size_t forget_wall_interiors(VoxelPools& pools, Volume& volume) {
     if (!solid.interior.any()) continue;
     Chunk* chunk = nullptr;
     std::uint32_t* place = volume.make_place(pools, solid.coord, &chunk);  // is there: it is known
-    // A coarse node is one value: it stays unless all of it lies inside.
+    // A coarse node takes no memory: it stays.
     if (!Volume::has_block(*place)) continue;
     Block& block = pools.store.block(Volume::block_index(*place));
     for (int i = 0; i < kBlockVoxels; ++i) {
@@ -153,6 +155,7 @@ std::size_t forget_wall_interiors(VoxelPools& pools, Volume& volume) {
     }
     (void)volume.settle_block(pools, *chunk, *place);
   }
+  volume.release_empty_chunks(pools);
   return blocks_before - volume.num_blocks();
 }
 
@@ -166,17 +169,21 @@ std::size_t settle_free_space(VoxelPools& pools, Volume& volume) {
     std::uint32_t* place = volume.make_place(pools, coord, &chunk);  // is there: it is known
     const Block& block = pools.store.block(Volume::block_index(*place));
     std::array<int, 8> num_free{};
-    for (int i = 0; i < kBlockVoxels; ++i) num_free[static_cast<std::size_t>(octant_of(i))] += block.voxels[i] < 0;
+    for (int i = 0; i < kBlockVoxels; ++i)
+      num_free[static_cast<std::size_t>(octant_of(i))] += block.voxels[i] < 0;
     unsigned free = 0;
     LogOdds weakest = std::numeric_limits<LogOdds>::min();
     for (int octant = 0; octant < 8; ++octant)
-      free |= static_cast<unsigned>(num_free[static_cast<std::size_t>(octant)] >= kMinFreeVoxels) << octant;
+      free |= static_cast<unsigned>(num_free[static_cast<std::size_t>(octant)] >= kMinFreeVoxels)
+              << octant;
     for (int i = 0; i < kBlockVoxels; ++i) {
-      if (block.voxels[i] < 0 && (free >> octant_of(i) & 1) != 0) weakest = std::max(weakest, block.voxels[i]);
+      if (block.voxels[i] < 0 && (free >> octant_of(i) & 1) != 0)
+        weakest = std::max(weakest, block.voxels[i]);
     }
     volume.set_coarse(pools, *chunk, *place, free != 0 ? weakest : kUnknownLogOdds,
                       static_cast<OctantMask>(free));
   }
+  volume.release_empty_chunks(pools);
   return bare.size();
 }
 

@@ -87,17 +87,22 @@ TEST_CASE("returns with nothing known around them, and walls seen from both side
   for (int z = 2; z < 6; ++z) CHECK(v.at(4, 4, z) == 30);
 }
 
-TEST_CASE("a block without anything occupied becomes coarse, free where three quarters of an octant are") {
+TEST_CASE(
+    "a block without anything occupied becomes coarse, free where three quarters of an octant "
+    "are") {
   OneVolume v;
   v.fill({0, 0, 0}, {4, 4, 3}, -20);  // 48 of an octant's voxels
   v.fill({4, 0, 0}, {8, 4, 2}, -30);  // 32
   v.set({0, 0, 0}, -5);
-  v.set({8, 0, 0}, -20);  // alone in its block
+  v.set({8, 0, 0}, -20);    // alone in its block
+  v.set({200, 0, 0}, -20);  // and in its chunk
   v.fill({0, 8, 0}, {4, 12, 3}, -20);
   v.set({0, 8, 3}, 30);
-  REQUIRE(v.volume.num_blocks() == 3);
-  CHECK(settle_free_space(v.pools, v.volume) == 2);
+  REQUIRE(v.volume.num_blocks() == 4);
+  REQUIRE(v.volume.num_chunks() == 2);
+  CHECK(settle_free_space(v.pools, v.volume) == 3);
   CHECK(v.volume.num_blocks() == 1);
+  CHECK(v.volume.num_chunks() == 1);
   // The weakest value stands for all of it, and the corner that was not seen is as free as the rest.
   CHECK(v.at(1, 1, 1) == -5);
   CHECK(v.at(1, 1, 3) == -5);
