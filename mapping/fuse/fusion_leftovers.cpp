@@ -10,10 +10,6 @@ namespace cloister {
 namespace {
 
 constexpr int kMinFreeVoxels = kOctantVoxels * 3 / 4;
-constexpr int kLayersKept = 2;
-
-constexpr std::array<std::array<int, 3>, 6> kSides = {
-    {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
 struct CoordHash {
   std::size_t operator()(const BlockCoord& c) const {
@@ -45,87 +41,151 @@ BlockBits free_bits(const BlockView& view) {
   return bits_where(view, [](LogOdds value) { return value < 0; });
 }
 
-constexpr std::uint64_t kLowX = 0x0101010101010101u, kHighX = kLowX << 7;
-
-/// A set of voxels, and what of it reaches over a face into the block beside it.
-void add_neighbours(const BlockBits& of, BlockBits& to) {
-  for (int z = 0; z < kBlockEdge; ++z) {
-    const std::uint64_t w = of.word[z];
-    to.word[z] |= (w & ~kHighX) << 1 | (w & ~kLowX) >> 1 | w << kBlockEdge | w >> kBlockEdge;
-    if (z > 0) to.word[z] |= of.word[z - 1];
-    if (z + 1 < kBlockEdge) to.word[z] |= of.word[z + 1];
-  }
-}
-
-void add_neighbours_across(const BlockBits& beside, int side, BlockBits& to) {
-  constexpr int kLast = kBlockEdge - 1, kLastRow = kBlockEdge * kLast;
-  if (side == 4) to.word[0] |= beside.word[kLast];
-  if (side == 5) to.word[kLast] |= beside.word[0];
-  if (side >= 4) return;
-  for (int z = 0; z < kBlockEdge; ++z) {
-    const std::uint64_t w = beside.word[z];
-    to.word[z] |= side == 0   ? w >> kLast & kLowX
-                  : side == 1 ? w << kLast & kHighX
-                  : side == 2 ? w >> kLastRow
-                              : w << kLastRow;
-  }
-}
-
-/// A block with occupied voxels.
-struct Solid {
-  BlockCoord coord;
-  BlockBits occupied;  ///< that no layer has reached yet
-  BlockBits layer;     ///< the outermost that was found last; before the first, free space
-  BlockBits interior;
-  std::array<std::int32_t, 6> beside;  ///< indices of the solid blocks at its sides, or -1
-};
-
-std::vector<Solid> solids_of(const VoxelStore& store, const Volume& volume) {
-  std::vector<Solid> solids;
-  volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
-    const BlockBits occupied = bits_where(view, [](LogOdds value) { return value > 0; });
-    if (occupied.any()) solids.push_back({coord, occupied, free_bits(view), {}, {}});
-  });
-  std::unordered_map<BlockCoord, std::int32_t, CoordHash> index;
-  index.reserve(solids.size());
-  for (std::size_t i = 0; i < solids.size(); ++i)
-    index.emplace(solids[i].coord, static_cast<std::int32_t>(i));
-  for (Solid& solid : solids) {
-    for (std::size_t side = 0; side < kSides.size(); ++side) {
-      const auto found = index.find(solid.coord + BlockCoord(kSides[side].data()));
-      solid.beside[side] = found == index.end() ? -1 : found->second;
-    }
-  }
-  return solids;
-}
-
-/// The occupied voxels beside the last layer become the next one. @return false when there are none
-bool find_next_layer(const VoxelStore& store, const Volume& volume, bool is_first,
-                     std::vector<Solid>& solids, std::vector<BlockBits>& next) {
-  bool is_any = false;
-  for (std::size_t i = 0; i < solids.size(); ++i) {
-    const Solid& solid = solids[i];
-    BlockBits reached{};
-    add_neighbours(solid.layer, reached);
-    for (int side = 0; side < static_cast<int>(kSides.size()); ++side) {
-      const auto at = static_cast<std::size_t>(side);
-      if (solid.beside[at] >= 0) {
-        add_neighbours_across(solids[static_cast<std::size_t>(solid.beside[at])].layer, side,
-                              reached);
-      } else if (is_first) {
-        const BlockView view = volume.view(store, solid.coord + BlockCoord(kSides[at].data()));
-        add_neighbours_across(free_bits(view), side, reached);
+/// Layers of occupied voxels behind the free space of a volume.
+class WallLayers {
+ public:
+  WallLayers(const VoxelStore& store, const Volume& volume) : store_(store), volume_(volume) {
+    volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
+      const BlockBits occupied = bits_where(view, [](LogOdds value) { return value > 0; });
+      if (occupied.any()) solids_.push_back({coord, occupied, free_bits(view), {}, {}});
+    });
+    std::unordered_map<BlockCoord, std::int32_t, CoordHash> index;
+    index.reserve(solids_.size());
+    for (std::size_t i = 0; i < solids_.size(); ++i)
+      index.emplace(solids_[i].coord, static_cast<std::int32_t>(i));
+    for (Solid& solid : solids_) {
+      for (int k = 0; k < kAround; ++k) {
+        const auto found = index.find(solid.coord + offset(k));
+        solid.around[static_cast<std::size_t>(k)] = found == index.end() ? -1 : found->second;
       }
     }
-    for (int z = 0; z < kBlockEdge; ++z) next[i].word[z] = reached.word[z] & solid.occupied.word[z];
-    is_any = is_any || next[i].any();
+    next_.resize(solids_.size());
+    // What is next to free space, and whatever touches that: all corners of the cubes through which a surface passes, and
+    // what says how thick it is there (see extract_mesh).
+    (void)find_next(&WallLayers::beside_free, Kept::kYes);
+    (void)find_next(&WallLayers::touching, Kept::kYes);
+    while (find_next(&WallLayers::beside, Kept::kNo)) {
+    }
   }
-  for (std::size_t i = 0; i < solids.size(); ++i) {
-    solids[i].layer = next[i];
-    for (int z = 0; z < kBlockEdge; ++z) solids[i].occupied.word[z] &= ~next[i].word[z];
+
+  /// Calls `visit(BlockCoord, BlockBits)` for every block with voxels behind the first two layers, and connected to them.
+  template <typename Visitor>
+  void for_each_interior(Visitor&& visit) const {
+    for (const Solid& solid : solids_) {
+      if (solid.interior.any()) visit(solid.coord, solid.interior);
+    }
   }
-  return is_any;
-}
+
+ private:
+  static constexpr int kAround = 27, kSelf = 13;
+
+  /// A block with occupied voxels.
+  struct Solid {
+    BlockCoord coord;
+    BlockBits occupied;  ///< that no layer has reached yet
+    BlockBits layer;     ///< what was found last; at the beginning, free space
+    BlockBits interior;  ///< the rest of what was occupied
+    std::array<std::int32_t, kAround> around;  ///< indices of solid blocks by offset, or -1
+  };
+
+  static constexpr int index_of(int dx, int dy, int dz) { return kSelf + dx + 3 * dy + 9 * dz; }
+  static BlockCoord offset(int k) { return {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1}; }
+  /// A block's last layer and a voxel of what is around it: row y + 1 of slice z + 1 has the voxel at x in bit x + 1.
+  struct Halo {
+    unsigned row[kBlockEdge + 2][kBlockEdge + 2];
+  };
+
+  template <typename LayerAt>
+  static Halo halo_of(LayerAt&& layer_at) {
+    Halo halo;
+    for (int z = -1; z <= kBlockEdge; ++z) {
+      for (int y = -1; y <= kBlockEdge; ++y) {
+        const auto row = [&](int dx) -> unsigned {
+          const BlockBits* layer = layer_at(index_of(dx, y >> kBlockShift, z >> kBlockShift));
+          if (layer == nullptr) return 0;
+          return layer->word[z & 7] >> (kBlockEdge * (y & 7)) & 0xff;
+        };
+        halo.row[z + 1][y + 1] = row(-1) >> 7 | row(0) << 1 | (row(1) & 1) << (kBlockEdge + 1);
+      }
+    }
+    return halo;
+  }
+
+  [[nodiscard]] Halo halo_of(const Solid& solid) const {
+    return halo_of([&](int k) {
+      const std::int32_t at = solid.around[static_cast<std::size_t>(k)];
+      return at < 0 ? nullptr : &solids_[static_cast<std::size_t>(at)].layer;
+    });
+  }
+
+  /// Voxels with a face in common with those of a halo.
+  static BlockBits sides_of(const Halo& halo) {
+    BlockBits bits{};
+    for (int z = 0; z < kBlockEdge; ++z) {
+      for (int y = 0; y < kBlockEdge; ++y) {
+        const auto& rows = halo.row[z + 1];
+        const unsigned row = rows[y + 1] << 1 | rows[y + 1] >> 1 | rows[y] | rows[y + 2] |
+                             halo.row[z][y + 1] | halo.row[z + 2][y + 1];
+        bits.word[z] |= std::uint64_t{row >> 1 & 0xff} << (kBlockEdge * y);
+      }
+    }
+    return bits;
+  }
+
+  [[nodiscard]] BlockBits beside(const Solid& solid) const { return sides_of(halo_of(solid)); }
+
+  [[nodiscard]] BlockBits beside_free(const Solid& solid) const {
+    std::array<BlockBits, kAround> free{};
+    for (const int k : {index_of(-1, 0, 0), index_of(1, 0, 0), index_of(0, -1, 0),
+                        index_of(0, 1, 0), index_of(0, 0, -1), index_of(0, 0, 1)}) {
+      free[static_cast<std::size_t>(k)] = free_bits(volume_.view(store_, solid.coord + offset(k)));
+    }
+    free[kSelf] = solid.layer;
+    return sides_of(halo_of([&](int k) { return &free[static_cast<std::size_t>(k)]; }));
+  }
+
+  /// Voxels with a face, an edge or a corner in common with the last layer.
+  [[nodiscard]] BlockBits touching(const Solid& solid) const {
+    const Halo halo = halo_of(solid);
+    BlockBits bits{};
+    for (int z = 0; z < kBlockEdge; ++z) {
+      for (int y = 0; y < kBlockEdge; ++y) {
+        unsigned row = 0;
+        for (int dz = 0; dz < 3; ++dz) {
+          for (int dy = 0; dy < 3; ++dy) row |= halo.row[z + dz][y + dy];
+        }
+        bits.word[z] |= std::uint64_t{(row << 1 | row | row >> 1) >> 1 & 0xff} << (kBlockEdge * y);
+      }
+    }
+    return bits;
+  }
+
+  enum class Kept { kYes, kNo };
+
+  /// The occupied voxels that the last layer reaches become the next one. @return false when there are none
+  bool find_next(BlockBits (WallLayers::*reached_from)(const Solid&) const, Kept kept) {
+    bool is_any = false;
+    for (std::size_t i = 0; i < solids_.size(); ++i) {
+      next_[i] = (this->*reached_from)(solids_[i]);
+      for (int z = 0; z < kBlockEdge; ++z) next_[i].word[z] &= solids_[i].occupied.word[z];
+      is_any = is_any || next_[i].any();
+    }
+    for (std::size_t i = 0; i < solids_.size(); ++i) {
+      Solid& solid = solids_[i];
+      solid.layer = next_[i];
+      for (int z = 0; z < kBlockEdge; ++z) {
+        solid.occupied.word[z] &= ~solid.layer.word[z];
+        if (kept == Kept::kNo) solid.interior.word[z] |= solid.layer.word[z];
+      }
+    }
+    return is_any;
+  }
+
+  const VoxelStore& store_;
+  const Volume& volume_;
+  std::vector<Solid> solids_;
+  std::vector<BlockBits> next_;
+};
 
 bool is_occupied_somewhere(const Block& block) {
   return *std::max_element(block.voxels, block.voxels + kBlockVoxels) > 0;
@@ -134,27 +194,19 @@ bool is_occupied_somewhere(const Block& block) {
 }  // namespace
 
 std::size_t forget_wall_interiors(VoxelPools& pools, Volume& volume) {
-  std::vector<Solid> solids = solids_of(pools.store, volume);
-  std::vector<BlockBits> next(solids.size());
-  for (int layer = 1; find_next_layer(pools.store, volume, layer == 1, solids, next); ++layer) {
-    if (layer <= kLayersKept) continue;
-    for (Solid& solid : solids) {
-      for (int z = 0; z < kBlockEdge; ++z) solid.interior.word[z] |= solid.layer.word[z];
-    }
-  }
   const std::size_t blocks_before = volume.num_blocks();
-  for (const Solid& solid : solids) {
-    if (!solid.interior.any()) continue;
+  const WallLayers layers(pools.store, volume);
+  layers.for_each_interior([&](const BlockCoord& coord, const BlockBits& interior) {
     Chunk* chunk = nullptr;
-    std::uint32_t* place = volume.make_place(pools, solid.coord, &chunk);  // is there: it is known
+    std::uint32_t* place = volume.make_place(pools, coord, &chunk);  // is there: it is known
     // A coarse node takes no memory: it stays.
-    if (!Volume::has_block(*place)) continue;
+    if (!Volume::has_block(*place)) return;
     Block& block = pools.store.block(Volume::block_index(*place));
     for (int i = 0; i < kBlockVoxels; ++i) {
-      if ((solid.interior.word[i >> 6] >> (i & 63) & 1) != 0) block.voxels[i] = kUnknownLogOdds;
+      if ((interior.word[i >> 6] >> (i & 63) & 1) != 0) block.voxels[i] = kUnknownLogOdds;
     }
     (void)volume.settle_block(pools, *chunk, *place);
-  }
+  });
   volume.release_empty_chunks(pools);
   return blocks_before - volume.num_blocks();
 }

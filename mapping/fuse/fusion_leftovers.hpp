@@ -10,9 +10,9 @@ namespace cloister {
 /// there is never cleared, and every fusion adds to it: walls would grow thick to the back without end, and hold more
 /// memory than all that is seen of them.
 ///
-/// The two layers of occupied voxels next to free space stay: a surface lies between them. What is connected to them
-/// through occupied voxels, and further from free space, becomes unknown. Returns far away with nothing known around
-/// them are connected to no free space, and stay as well.
+/// Occupied voxels next to free space stay, and those that touch them by as much as a corner: the mesh is the same without
+/// the rest (see extract_mesh). What is connected to them through occupied voxels, and further from free space, becomes
+/// unknown. Returns far away with nothing known around them are connected to no free space, and stay as well.
 ///
 /// @return number of blocks that went back to the pool
 /// Threads: one owner of the volume and the pools. Allocates a list of the blocks with occupied voxels.

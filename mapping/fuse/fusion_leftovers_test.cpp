@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include "mapping/mesh/marching_cubes.hpp"
+
 namespace cloister {
 namespace {
 
@@ -72,6 +74,29 @@ TEST_CASE("free space that a coarse node holds has a wall's front beside it as w
   // The upper ones are as deep as it takes to get there.
   CHECK(v.at(8, 3, 4) == 30);
   CHECK(v.at(8, 3, 5) == kUnknownLogOdds);
+}
+
+TEST_CASE("no surface is lost, whichever way it is inclined") {
+  for (const Eigen::Vector3i& slope :
+       {Eigen::Vector3i(1, 1, 1), {-1, 1, 1}, {1, -1, -1}, {2, 1, 0}, {1, 3, -2}, {0, -1, 1}}) {
+    CAPTURE(slope.transpose());
+    OneVolume v;
+    for (int z = -12; z < 12; ++z) {
+      for (int y = -12; y < 12; ++y) {
+        for (int x = -12; x < 12; ++x) {
+          const int depth = slope.dot(VoxelCoord(x, y, z));
+          v.set({x, y, z}, depth < 0 ? -20 : 30);
+        }
+      }
+    }
+    const TriangleMesh before = extract_mesh(v.store, v.volume, 0.1, 1);
+    (void)forget_wall_interiors(v.pools, v.volume);
+    CHECK(v.at(10 * slope.x() / 3, 10 * slope.y() / 3, 10 * slope.z() / 3) == kUnknownLogOdds);
+    const TriangleMesh after = extract_mesh(v.store, v.volume, 0.1, 1);
+    REQUIRE(before.triangles.size() > 500);
+    CHECK(after.triangles.size() == before.triangles.size());
+    CHECK(after.vertices_S == before.vertices_S);
+  }
 }
 
 TEST_CASE("returns with nothing known around them, and walls seen from both sides, stay") {
