@@ -9,8 +9,6 @@
 namespace cloister {
 namespace {
 
-constexpr int kMinFreeVoxels = kOctantVoxels * 3 / 4;
-
 struct CoordHash {
   std::size_t operator()(const BlockCoord& c) const {
     return static_cast<std::size_t>(c.x()) * 73856093u ^
@@ -90,6 +88,7 @@ class WallLayers {
 
   static constexpr int index_of(int dx, int dy, int dz) { return kSelf + dx + 3 * dy + 9 * dz; }
   static BlockCoord offset(int k) { return {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1}; }
+
   /// A block's last layer and a voxel of what is around it: row y + 1 of slice z + 1 has the voxel at x in bit x + 1.
   struct Halo {
     unsigned row[kBlockEdge + 2][kBlockEdge + 2];
@@ -226,7 +225,8 @@ std::size_t settle_free_space(VoxelPools& pools, Volume& volume) {
     unsigned free = 0;
     LogOdds weakest = std::numeric_limits<LogOdds>::min();
     for (int octant = 0; octant < 8; ++octant)
-      free |= static_cast<unsigned>(num_free[static_cast<std::size_t>(octant)] >= kMinFreeVoxels)
+      free |= static_cast<unsigned>(num_free[static_cast<std::size_t>(octant)] >=
+                                    kOctantVoxels - kMaxUnseenVoxels)
               << octant;
     for (int i = 0; i < kBlockVoxels; ++i) {
       if (block.voxels[i] < 0 && (free >> octant_of(i) & 1) != 0)

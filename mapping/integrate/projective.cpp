@@ -33,9 +33,6 @@ constexpr int kMaxTurns = 3;
 constexpr int kMaxRestTurns = 2;
 static_assert(kMaxTurns <= 2 * kMaxRestTurns, "evidence is kept for that many turns");
 
-// Of an octant's 64, for it to be free as a whole all the same.
-constexpr int kMaxUnseenVoxels = 16;
-
 class Carver {
  public:
   explicit Carver(const ProjectiveJob& job)

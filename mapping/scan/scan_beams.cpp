@@ -91,8 +91,8 @@ void ScanBeams::assign_image(const Scan& scan, const Pose& T_S_R, const VoxelCon
     const auto& beam = projection.rows[row];
     float* range = &range_m_[row * stride + kRowFront];
     const std::uint32_t* raw = &scan.ranges_mm[static_cast<std::size_t>(row) * columns];
-    // Column c of the scan is column c - shift of the image, around the turn.
     const float add_m = depth_m - beam.range_offset_m;
+    // Column c of the scan is column c - shift of the image, around the turn.
     const auto copy = [&](int from, int to, int offset) {
       for (int column = from; column < to; ++column) {
         // Signed, as that is the conversion that vectors have: no range comes near 2^31.

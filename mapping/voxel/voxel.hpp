@@ -64,6 +64,7 @@ inline constexpr OctantMask kNoOctants = 0;
 inline constexpr OctantMask kAllOctants = 0xff;
 inline constexpr int kOctantEdge = 4;  ///< voxels
 inline constexpr int kOctantVoxels = 64;
+inline constexpr int kMaxUnseenVoxels = 16;  ///< of an octant that is free as a whole all the same
 
 /// Octant of a voxel, by its index in the block.
 [[nodiscard]] constexpr int octant_of(int index) {
