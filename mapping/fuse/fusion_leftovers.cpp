@@ -39,70 +39,78 @@ BlockBits free_bits(const BlockView& view) {
   return bits_where(view, [](LogOdds value) { return value < 0; });
 }
 
-/// Layers of occupied voxels behind the free space of a volume.
-class WallLayers {
+/// The occupied voxels of a volume that a surface needs (see forget_wall_interiors).
+class SurfaceVoxels {
  public:
-  WallLayers(const VoxelStore& store, const Volume& volume) : store_(store), volume_(volume) {
+  SurfaceVoxels(const VoxelStore& store, const Volume& volume) {
     volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
       const BlockBits occupied = bits_where(view, [](LogOdds value) { return value > 0; });
-      if (occupied.any()) solids_.push_back({coord, occupied, free_bits(view), {}, {}});
+      if (occupied.any()) solids_.push_back({coord, occupied, free_bits(view), {}, {}, {}});
     });
-    std::unordered_map<BlockCoord, std::int32_t, CoordHash> index;
+    std::unordered_map<BlockCoord, const Solid*, CoordHash> index;
     index.reserve(solids_.size());
-    for (std::size_t i = 0; i < solids_.size(); ++i)
-      index.emplace(solids_[i].coord, static_cast<std::int32_t>(i));
+    for (const Solid& solid : solids_) index.emplace(solid.coord, &solid);
     for (Solid& solid : solids_) {
-      for (int k = 0; k < kAround; ++k) {
-        const auto found = index.find(solid.coord + offset(k));
-        solid.around[static_cast<std::size_t>(k)] = found == index.end() ? -1 : found->second;
-      }
+      const Halo free = halo_of([&](std::size_t k) {
+        const BlockCoord coord = solid.coord + offset(k);
+        const auto found = index.find(coord);
+        solid.around[k] = found == index.end() ? nullptr : found->second;
+        return solid.around[k] == nullptr ? free_bits(volume.view(store, coord)) : solid.around[k]->free;
+      });
+      solid.front = both(beside(free), solid.occupied);
+      solid.touching_free = both(touching(free), solid.occupied);
     }
-    next_.resize(solids_.size());
-    // What is next to free space, and whatever touches that: all corners of the cubes through which a surface passes, and
-    // what says how thick it is there (see extract_mesh).
-    (void)find_next(&WallLayers::beside_free, Kept::kYes);
-    (void)find_next(&WallLayers::touching, Kept::kYes);
-    while (find_next(&WallLayers::beside, Kept::kNo)) {
+    for (Solid& solid : solids_) {
+      if (!solid.touching_free.any()) {
+        solid.occupied = {};
+        continue;
+      }
+      const BlockBits behind = touching(halo_of([&](std::size_t k) {
+        return solid.around[k] == nullptr ? BlockBits{} : solid.around[k]->front;
+      }));
+      for (int z = 0; z < kBlockEdge; ++z)
+        solid.occupied.word[z] &= solid.touching_free.word[z] | behind.word[z];
     }
   }
 
-  /// Calls `visit(BlockCoord, BlockBits)` for every block with voxels behind the first two layers, and connected to them.
+  /// Calls `visit(BlockCoord, BlockBits)` for every block with occupied voxels, with those that a surface needs.
   template <typename Visitor>
-  void for_each_interior(Visitor&& visit) const {
-    for (const Solid& solid : solids_) {
-      if (solid.interior.any()) visit(solid.coord, solid.interior);
-    }
+  void for_each_block(Visitor&& visit) const {
+    for (const Solid& solid : solids_) visit(solid.coord, solid.occupied);
   }
 
  private:
-  static constexpr int kAround = 27, kSelf = 13;
+  static constexpr std::size_t kAround = 27;
+  static BlockCoord offset(std::size_t k) {
+    const int i = static_cast<int>(k);
+    return {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
+  }
 
   /// A block with occupied voxels.
   struct Solid {
     BlockCoord coord;
-    BlockBits occupied;  ///< that no layer has reached yet
-    BlockBits layer;     ///< what was found last; at the beginning, free space
-    BlockBits interior;  ///< the rest of what was occupied
-    std::array<std::int32_t, kAround> around;  ///< indices of solid blocks by offset, or -1
+    BlockBits occupied;       ///< at the end, only those that are needed
+    BlockBits free;
+    BlockBits front;          ///< those with a face in common with free space
+    BlockBits touching_free;  ///< those with as much as a corner in common with it
+    std::array<const Solid*, kAround> around;  ///< by offset; null where nothing is occupied
   };
 
-  static constexpr int index_of(int dx, int dy, int dz) { return kSelf + dx + 3 * dy + 9 * dz; }
-  static BlockCoord offset(int k) { return {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1}; }
-
-  /// A block's last layer and a voxel of what is around it: row y + 1 of slice z + 1 has the voxel at x in bit x + 1.
+  /// Voxels of a block and one more all around: row y + 1 of slice z + 1 has the voxel at x in bit x + 1.
   struct Halo {
     unsigned row[kBlockEdge + 2][kBlockEdge + 2];
   };
 
-  template <typename LayerAt>
-  static Halo halo_of(LayerAt&& layer_at) {
+  template <typename BitsAt>
+  static Halo halo_of(BitsAt&& bits_at) {
+    std::array<BlockBits, kAround> around;
+    for (std::size_t k = 0; k < kAround; ++k) around[k] = bits_at(k);
     Halo halo;
     for (int z = -1; z <= kBlockEdge; ++z) {
       for (int y = -1; y <= kBlockEdge; ++y) {
+        const int first = 3 * ((y >> kBlockShift) + 1) + 9 * ((z >> kBlockShift) + 1);
         const auto row = [&](int dx) -> unsigned {
-          const BlockBits* layer = layer_at(index_of(dx, y >> kBlockShift, z >> kBlockShift));
-          if (layer == nullptr) return 0;
-          return layer->word[z & 7] >> (kBlockEdge * (y & 7)) & 0xff;
+          return around[static_cast<std::size_t>(first + dx + 1)].word[z & 7] >> (kBlockEdge * (y & 7)) & 0xff;
         };
         halo.row[z + 1][y + 1] = row(-1) >> 7 | row(0) << 1 | (row(1) & 1) << (kBlockEdge + 1);
       }
@@ -110,80 +118,43 @@ class WallLayers {
     return halo;
   }
 
-  [[nodiscard]] Halo halo_of(const Solid& solid) const {
-    return halo_of([&](int k) {
-      const std::int32_t at = solid.around[static_cast<std::size_t>(k)];
-      return at < 0 ? nullptr : &solids_[static_cast<std::size_t>(at)].layer;
-    });
+  /// The voxels of a block for which `row_at(y + 1, z + 1)` has bit x + 1.
+  template <typename RowAt>
+  static BlockBits bits_of_rows(RowAt&& row_at) {
+    BlockBits bits{};
+    for (int z = 0; z < kBlockEdge; ++z) {
+      for (int y = 0; y < kBlockEdge; ++y)
+        bits.word[z] |= std::uint64_t{row_at(y + 1, z + 1) >> 1 & 0xff} << (kBlockEdge * y);
+    }
+    return bits;
   }
 
   /// Voxels with a face in common with those of a halo.
-  static BlockBits sides_of(const Halo& halo) {
-    BlockBits bits{};
-    for (int z = 0; z < kBlockEdge; ++z) {
-      for (int y = 0; y < kBlockEdge; ++y) {
-        const auto& rows = halo.row[z + 1];
-        const unsigned row = rows[y + 1] << 1 | rows[y + 1] >> 1 | rows[y] | rows[y + 2] |
-                             halo.row[z][y + 1] | halo.row[z + 2][y + 1];
-        bits.word[z] |= std::uint64_t{row >> 1 & 0xff} << (kBlockEdge * y);
+  static BlockBits beside(const Halo& halo) {
+    return bits_of_rows([&](int y, int z) {
+      return halo.row[z][y] << 1 | halo.row[z][y] >> 1 | halo.row[z][y - 1] | halo.row[z][y + 1] |
+             halo.row[z - 1][y] | halo.row[z + 1][y];
+    });
+  }
+
+  /// Those of a halo, and voxels with a face, an edge or a corner in common with them.
+  static BlockBits touching(const Halo& halo) {
+    return bits_of_rows([&](int y, int z) {
+      unsigned row = 0;
+      for (int dz = -1; dz <= 1; ++dz) {
+        for (int dy = -1; dy <= 1; ++dy) row |= halo.row[z + dz][y + dy];
       }
-    }
+      return row << 1 | row | row >> 1;
+    });
+  }
+
+  static BlockBits both(const BlockBits& a, const BlockBits& b) {
+    BlockBits bits;
+    for (int z = 0; z < kBlockEdge; ++z) bits.word[z] = a.word[z] & b.word[z];
     return bits;
   }
 
-  [[nodiscard]] BlockBits beside(const Solid& solid) const { return sides_of(halo_of(solid)); }
-
-  [[nodiscard]] BlockBits beside_free(const Solid& solid) const {
-    std::array<BlockBits, kAround> free{};
-    for (const int k : {index_of(-1, 0, 0), index_of(1, 0, 0), index_of(0, -1, 0),
-                        index_of(0, 1, 0), index_of(0, 0, -1), index_of(0, 0, 1)}) {
-      free[static_cast<std::size_t>(k)] = free_bits(volume_.view(store_, solid.coord + offset(k)));
-    }
-    free[kSelf] = solid.layer;
-    return sides_of(halo_of([&](int k) { return &free[static_cast<std::size_t>(k)]; }));
-  }
-
-  /// Voxels with a face, an edge or a corner in common with the last layer.
-  [[nodiscard]] BlockBits touching(const Solid& solid) const {
-    const Halo halo = halo_of(solid);
-    BlockBits bits{};
-    for (int z = 0; z < kBlockEdge; ++z) {
-      for (int y = 0; y < kBlockEdge; ++y) {
-        unsigned row = 0;
-        for (int dz = 0; dz < 3; ++dz) {
-          for (int dy = 0; dy < 3; ++dy) row |= halo.row[z + dz][y + dy];
-        }
-        bits.word[z] |= std::uint64_t{(row << 1 | row | row >> 1) >> 1 & 0xff} << (kBlockEdge * y);
-      }
-    }
-    return bits;
-  }
-
-  enum class Kept { kYes, kNo };
-
-  /// The occupied voxels that the last layer reaches become the next one. @return false when there are none
-  bool find_next(BlockBits (WallLayers::*reached_from)(const Solid&) const, Kept kept) {
-    bool is_any = false;
-    for (std::size_t i = 0; i < solids_.size(); ++i) {
-      next_[i] = (this->*reached_from)(solids_[i]);
-      for (int z = 0; z < kBlockEdge; ++z) next_[i].word[z] &= solids_[i].occupied.word[z];
-      is_any = is_any || next_[i].any();
-    }
-    for (std::size_t i = 0; i < solids_.size(); ++i) {
-      Solid& solid = solids_[i];
-      solid.layer = next_[i];
-      for (int z = 0; z < kBlockEdge; ++z) {
-        solid.occupied.word[z] &= ~solid.layer.word[z];
-        if (kept == Kept::kNo) solid.interior.word[z] |= solid.layer.word[z];
-      }
-    }
-    return is_any;
-  }
-
-  const VoxelStore& store_;
-  const Volume& volume_;
   std::vector<Solid> solids_;
-  std::vector<BlockBits> next_;
 };
 
 bool is_occupied_somewhere(const Block& block) {
@@ -194,15 +165,16 @@ bool is_occupied_somewhere(const Block& block) {
 
 std::size_t forget_wall_interiors(VoxelPools& pools, Volume& volume) {
   const std::size_t blocks_before = volume.num_blocks();
-  const WallLayers layers(pools.store, volume);
-  layers.for_each_interior([&](const BlockCoord& coord, const BlockBits& interior) {
+  const SurfaceVoxels surfaces(pools.store, volume);
+  surfaces.for_each_block([&](const BlockCoord& coord, const BlockBits& needed) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = volume.make_place(pools, coord, &chunk);  // is there: it is known
     // A coarse node takes no memory: it stays.
     if (!Volume::has_block(*place)) return;
     Block& block = pools.store.block(Volume::block_index(*place));
     for (int i = 0; i < kBlockVoxels; ++i) {
-      if ((interior.word[i >> 6] >> (i & 63) & 1) != 0) block.voxels[i] = kUnknownLogOdds;
+      if (block.voxels[i] > 0 && (needed.word[i >> 6] >> (i & 63) & 1) == 0)
+        block.voxels[i] = kUnknownLogOdds;
     }
     (void)volume.settle_block(pools, *chunk, *place);
   });

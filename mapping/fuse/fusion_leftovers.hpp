@@ -10,9 +10,10 @@ namespace cloister {
 /// there is never cleared, and every fusion adds to it: walls would grow thick to the back without end, and hold more
 /// memory than all that is seen of them.
 ///
-/// Occupied voxels next to free space stay, and those that touch them by as much as a corner: the mesh is the same without
-/// the rest (see extract_mesh). What is connected to them through occupied voxels, and further from free space, becomes
-/// unknown. Returns far away with nothing known around them are connected to no free space, and stay as well.
+/// Occupied voxels that touch free space by as much as a corner stay, and those that touch the ones with a face in common
+/// with it: the mesh is the same without the rest (see extract_mesh), which becomes unknown. Of a block in which nothing
+/// touches free space nothing stays: it would hold the second layer of its neighbour's wall, in a grid that cuts the wall
+/// there, or a few returns with nothing known around them. Where such a block goes the mesh cannot tell how thick a wall is.
 ///
 /// @return number of blocks that went back to the pool
 /// Threads: one owner of the volume and the pools. Allocates a list of the blocks with occupied voxels.
