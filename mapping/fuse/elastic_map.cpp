@@ -322,6 +322,8 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
   const auto moved = cloister::share_places(*a.submap, *b.submap, T_b_a.inverse(), config_.voxel,
                                             pools_, sharing.trust);
   if (!moved || *moved == 0) return 0;
+  (void)forget_wall_interiors(pools_, a.submap->volume);
+  (void)forget_wall_interiors(pools_, b.submap->volume);
   (void)settle_free_space(pools_, a.submap->volume);
   (void)settle_free_space(pools_, b.submap->volume);
   refresh(a);

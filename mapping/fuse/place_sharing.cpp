@@ -22,6 +22,14 @@ double min_ratio_to_drop(SharingTrust trust) {
   return trust == SharingTrust::kContradicted ? 1.0 : 1.5;
 }
 
+// A chunk that holds fewer places than this is a glimpse, and its index takes more than what it holds.
+constexpr std::uint32_t kMinPlacesInChunk = 8;
+
+bool is_glimpsed(const VoxelStore& store, const Volume& volume, const BlockCoord& coord) {
+  const PoolIndex chunk = volume.find_chunk(store, parent_coord(coord));
+  return chunk == kNoIndex || store.chunk(chunk).num_known < kMinPlacesInChunk;
+}
+
 /// Blocks of `from` for which `into` is the better home.
 struct Leaving {
   std::vector<BlockCoord> given;    ///< fill in what `into` does not know
@@ -36,6 +44,17 @@ Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& 
   from.volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
     const Eigen::Vector3f middle_from = (coord.cast<float>().array() + 0.5f).matrix() * block_m;
     const Eigen::Vector3f middle_into = T * middle_from;
+    const BlockCoord coord_into = (middle_into / block_m).array().floor().matrix().cast<int>();
+    if (trust == SharingTrust::kFull && is_glimpsed(store, from.volume, coord) &&
+        !is_glimpsed(store, into.volume, coord_into)) {
+      const BlockAgreement agreement =
+          compare_block(store, coord, view, from.volume, into.volume, T, block_m / kBlockEdge);
+      const bool is_shown = view.block != nullptr || agreement.share_known >= kMinKnownToDrop;
+      if (is_shown && agreement.share_same >= kMinSameToDrop) {
+        leaving.dropped.push_back(coord);
+        return;
+      }
+    }
     const double ratio = known_ratio(store, view, into.volume, middle_into, block_m);
     if (ratio < kMinKnownRatio) return;
     if (into.path.squared_distance(middle_into) >= from.path.squared_distance(middle_from)) return;

@@ -35,6 +35,9 @@ enum class SharingTrust {
 /// the graph is sure of both, and only what they see differs, it is enough that the nearer one knows as much: else each
 /// visit would leave walls of its own, a little aside.
 ///
+/// With full trust what is left of a few places in a chunk goes wherever it lies, if the other shows it and has more of the
+/// chunk: its index takes four times what a place does.
+///
 /// Since nearness decides, and not which of the two asks, a second call finds nothing more to give unless one of the
 /// submaps has changed.
 /// @param T_a_b  pose of b's frame in a's: how far it can be trusted is for the caller to ask

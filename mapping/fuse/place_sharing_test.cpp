@@ -198,6 +198,24 @@ TEST_CASE("a glimpse goes without trust where the nearer one knows more, whateve
   }
 }
 
+TEST_CASE("a chunk with a few copies in it goes to the submap that has more of its place, near or far") {
+  for (const int num_of_b : {7, 8}) {
+    for (const SharingTrust trust : {SharingTrust::kFull, SharingTrust::kUncertain}) {
+      CAPTURE(num_of_b);
+      TwoSubmaps s;
+      for (int x = -8; x < -8 + num_of_b; ++x) s.add_wall(s.b, {x, 0, 0});
+      s.add_wall(s.a, {-8, 0, 0});  // a copy
+      s.add_wall(s.a, {-8, 4, 0});  // which b does not show
+      // a is the nearer one: b's copy goes to it where neither has much.
+      const bool goes_to_b = num_of_b == 8 && trust == SharingTrust::kFull;
+      CHECK(s.share(Pose::Identity(), trust) == 1);
+      CHECK(s.at(s.a, {-8, 0, 0}) == (goes_to_b ? kUnknownLogOdds : 30));
+      CHECK(s.at(s.b, {-8, 0, 0}) == (goes_to_b ? 30 : kUnknownLogOdds));
+      CHECK(s.at(s.a, {-8, 4, 0}) == 30);
+    }
+  }
+}
+
 TEST_CASE("a floor that both show takes no wall along that only one of them has") {
   TwoSubmaps s;
   s.add_wall(s.a, {5, 0, 0}, 1);
