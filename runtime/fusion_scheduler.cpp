@@ -84,8 +84,10 @@ void FusionScheduler::handle(const SchedulerCommand& command) {
                               .stamp = command.stamp,
                               .count = static_cast<std::int64_t>(revision_->graph.nodes.size())});
   }
-  fuse_all(command.stamp);
-  share_places();
+  do {
+    fuse_all(command.stamp);
+    share_places();
+  } while (map_.find_remnants());
   send_surplus();
 }
 
@@ -183,7 +185,10 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
   ++record_.accepted;
   event.kind = EventKind::kFusionAccepted;
   event.shift_m = alignment->shift_m;
-  event.reason = candidate.goes_on ? "continued" : candidate.by_loop ? "loop" : "overlap";
+  event.reason = candidate.bond == Bond::kContinued ? "continued"
+                 : candidate.bond == Bond::kRemnant ? "remnant"
+                 : candidate.by_loop                ? "loop"
+                                                    : "overlap";
   record_.events.push_back(event);
   // Sums that only the reports read: relaxed order is enough.
   ports_.finished.bytes.fetch_add(static_cast<std::int64_t>(a.volume.bytes()) - bytes_before,

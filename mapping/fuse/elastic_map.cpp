@@ -20,6 +20,9 @@ constexpr double kMaxMoveSharedVox = 2;
 /// Of two submaps of one place, the least share of surfaces that both show. Where the graph is right to 0.2 m nine rooms in
 /// ten show 0.93 of them alike, and outdoors seven pairs in ten more than this; 0.36 m apart, nine rooms in ten show less.
 constexpr double kMinSameSurface = 0.84;
+/// A remnant holds less than this share of what its submap knew, and the other has this share of its sensor's places.
+constexpr double kMaxShareOfRemnant = 0.1;
+constexpr double kMinShareOfTrail = 0.4;
 
 /// True when no corner of a's bounds has moved as far as that against b.
 bool has_stayed(const Pose& T_b_a_before, const Pose& T_b_a_now, const Eigen::AlignedBox3d& bounds_a,
@@ -29,6 +32,18 @@ bool has_stayed(const Pose& T_b_a_before, const Pose& T_b_a_now, const Eigen::Al
     if ((T_b_a_before * p - T_b_a_now * p).norm() >= max_move_m) return false;
   }
   return true;
+}
+
+/// Of the places where a submap's sensor was, the share that another one knows.
+double share_of_trail_known(const VoxelStore& store, const Submap& submap, const Submap& other,
+                            double voxel_size_m) {
+  const Eigen::Isometry3f T_other_S = (other.T_M_S.inverse() * submap.T_M_S).cast<float>();
+  const auto points = submap.path.points();
+  const auto num_known = std::count_if(points.begin(), points.end(), [&](const Eigen::Vector3f& p_S) {
+    const Eigen::Vector3f p_vox = T_other_S * p_S / static_cast<float>(voxel_size_m);
+    return other.volume.at(store, p_vox.array().floor().matrix().cast<int>()) != kUnknownLogOdds;
+  });
+  return points.empty() ? 0 : static_cast<double>(num_known) / static_cast<double>(points.size());
 }
 
 double larger_ratio(const VoxelOverlap& overlap) {
@@ -50,6 +65,7 @@ void ElasticMap::add(Submap* submap) {
   entry.submap = submap;
   unfinished_ = submap->is_continued ? submap->id : kNoSubmap;
   ++entry.num_sources;
+  entry.num_known_whole = submap->volume.num_known(store_);
   refresh(entry);
   note_nodes(*submap);
 }
@@ -119,10 +135,21 @@ bool ElasticMap::goes_on(const Submap& a, const Submap& b) const {
   return !config_.baseline && (is_from(a, b) || is_from(b, a));
 }
 
+bool ElasticMap::is_remnant_of(SubmapId remnant, SubmapId heir) const {
+  const auto found = heirs_.find(remnant);
+  return found != heirs_.end() && found->second == heir;
+}
+
+Bond ElasticMap::bond(const Submap& a, const Submap& b) const {
+  if (goes_on(a, b)) return Bond::kContinued;
+  if (is_remnant_of(a.id, b.id) || is_remnant_of(b.id, a.id)) return Bond::kRemnant;
+  return Bond::kOverlap;
+}
+
 bool ElasticMap::is_one_place(const Comparison& comparison) const {
-  return config_.baseline || comparison.goes_on ||
+  return config_.baseline || comparison.bond != Bond::kOverlap ||
          (larger_ratio(comparison.overlap) >= config_.fusion.min_overlap &&
-                              comparison.sight >= config_.fusion.min_shared_sight);
+          comparison.sight >= config_.fusion.min_shared_sight);
 }
 
 const Submap* ElasticMap::find(SubmapId id) const {
@@ -168,12 +195,15 @@ std::vector<PairCheck> ElasticMap::plan_checks() {
   std::vector<PairCheck> checks;
   for (auto a = entries_.begin(); a != entries_.end(); ++a) {
     for (auto b = std::next(a); b != entries_.end(); ++b) {
+      const Bond bond = this->bond(*a->second.submap, *b->second.submap);
       const auto known = comparisons_.find({a->first, b->first});
-      if (known != comparisons_.end() && is_current(known->second, a->second, b->second)) continue;
-      if (have_shared(a->first, b->first)) continue;
+      if (known != comparisons_.end() && known->second.bond == bond &&
+          is_current(known->second, a->second, b->second))
+        continue;
+      if (bond == Bond::kOverlap && have_shared(a->first, b->first)) continue;
       const bool is_wanted = config_.baseline ? joined_by_loop(a->first, b->first)
-                                              : may_overlap_enough(a->second, b->second) ||
-                                                    goes_on(*a->second.submap, *b->second.submap);
+                                              : bond != Bond::kOverlap ||
+                                                    may_overlap_enough(a->second, b->second);
       if (known != comparisons_.end()) comparisons_.erase(known);
       if (!is_wanted) continue;
       checks.push_back({a->second.submap,
@@ -189,9 +219,9 @@ void ElasticMap::record(const PairCheck& checked) {
   Comparison& comparison = comparisons_[{checked.a->id, checked.b->id}];
   comparison = {entries_.at(checked.a->id).num_sources, entries_.at(checked.b->id).num_sources,
                 checked.T_b_a, checked.overlap};
-  comparison.goes_on = goes_on(*checked.a, *checked.b);
+  comparison.bond = bond(*checked.a, *checked.b);
   // Lines of sight cost more than a comparison of boxes: only of pairs that overlap enough.
-  if (!config_.baseline && !comparison.goes_on &&
+  if (!config_.baseline && comparison.bond == Bond::kOverlap &&
       larger_ratio(checked.overlap) >= config_.fusion.min_overlap)
     comparison.sight = shared_sight(store_, config_.voxel.voxel_size_m, *checked.a, *checked.b);
 }
@@ -210,7 +240,7 @@ std::optional<FusionCandidate> ElasticMap::next_candidate() {
     // In baseline mode lines of sight do not count, and all scores are zero. What goes on comes first: what becomes of it is
     // then held against other places as a whole.
     const double score =
-        comparison.goes_on ? 2 : larger_ratio(comparison.overlap) * comparison.sight;
+        comparison.bond != Bond::kOverlap ? 2 : larger_ratio(comparison.overlap) * comparison.sight;
     if (best != nullptr && score <= best_score) continue;
     best = &item;
     best_score = score;
@@ -219,7 +249,7 @@ std::optional<FusionCandidate> ElasticMap::next_candidate() {
   const Pair pair = best->first;
   comparisons_[pair].is_judged = true;
   return FusionCandidate{pair.first, pair.second, joined_by_loop(pair.first, pair.second),
-                         best->second.overlap, best->second.goes_on};
+                         best->second.overlap, best->second.bond};
 }
 
 Judgement ElasticMap::judge(const FusionCandidate& candidate) {
@@ -261,7 +291,7 @@ std::optional<SurfaceAlignment> ElasticMap::agree(const FusionCandidate& candida
   const Submap& a = *entries_.at(candidate.a).submap;
   const Submap& b = *entries_.at(candidate.b).submap;
   const Pose T_b_a = b.T_M_S.inverse() * a.T_M_S;
-  if (config_.baseline) return SurfaceAlignment{T_b_a, 0};
+  if (config_.baseline || candidate.bond == Bond::kRemnant) return SurfaceAlignment{T_b_a, 0};
   const SurfaceAlignment alignment = align_surfaces(store_, a.volume, b.volume, T_b_a,
                                                     config_.fusion.max_sigma_m, config_.voxel.voxel_size_m);
   if (share_same_surfaces(a, b, alignment.T_b_a) < kMinSameSurface) return std::nullopt;
@@ -331,30 +361,79 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
   return *moved;
 }
 
+SubmapId ElasticMap::find_heir(const Entry& remnant) const {
+  const SubmapId id = remnant.submap->id;
+  SubmapId heir = kNoSubmap;
+  double best_share = kMinShareOfTrail;
+  for (const auto& [other, entry] : entries_) {
+    const auto sharing = sharings_.find(std::minmax(id, other));
+    if (sharing == sharings_.end() || sharing->second.trust != SharingTrust::kFull) continue;
+    const double share = share_of_trail_known(store_, *remnant.submap, *entry.submap,
+                                              config_.voxel.voxel_size_m);
+    if (share < best_share) continue;
+    heir = other;
+    best_share = share;
+  }
+  return heir;
+}
+
+bool ElasticMap::find_remnants() {
+  heirs_.clear();
+  if (config_.baseline) return false;
+  const SubmapId unfinished = survivor(unfinished_);
+  bool is_any_new = false;
+  for (const auto& [id, entry] : entries_) {
+    const double num_known = static_cast<double>(entry.submap->volume.num_known(store_));
+    if (id == unfinished ||
+        num_known > kMaxShareOfRemnant * static_cast<double>(entry.num_known_whole))
+      continue;
+    const SubmapId heir = find_heir(entry);
+    // Of two remnants that have each other's place, one at a time.
+    if (heir == kNoSubmap || heirs_.contains(heir)) continue;
+    heirs_[id] = heir;
+    const auto asked = comparisons_.find(std::minmax(id, heir));
+    is_any_new = is_any_new || asked == comparisons_.end() ||
+                 asked->second.bond != Bond::kRemnant || !asked->second.is_judged;
+  }
+  return is_any_new;
+}
+
 Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
   Entry& a = entries_.at(candidate.a);
   const auto b_entry = entries_.find(candidate.b);
-  Submap* b = b_entry->second.submap;
-  if (!fuse_volume(b->volume, T_b_a, config_.voxel, pools_, a.submap->volume)) return nullptr;
+  const bool is_remnant = candidate.bond == Bond::kRemnant;
+  // The smaller id stays, but a remnant always goes into the other's frame.
+  const bool is_a_emptied = is_remnant && is_remnant_of(candidate.a, candidate.b);
+  Submap* into = is_a_emptied ? b_entry->second.submap : a.submap;
+  Submap* from = is_a_emptied ? a.submap : b_entry->second.submap;
+  const Pose T_from_into = is_a_emptied ? T_b_a.inverse() : T_b_a;
+  if (!fuse_volume(from->volume, T_from_into, config_.voxel, pools_, into->volume,
+                   is_remnant ? BothKnown::kKeep : BothKnown::kAdd))
+    return nullptr;
   if (!config_.baseline) {
-    (void)forget_wall_interiors(pools_, a.submap->volume);
-    (void)settle_free_space(pools_, a.submap->volume);
+    (void)forget_wall_interiors(pools_, into->volume);
+    (void)settle_free_space(pools_, into->volume);
   }
 
-  a.submap->merged_from.push_back(b->id);
-  a.submap->merged_from.insert(a.submap->merged_from.end(), b->merged_from.begin(),
-                               b->merged_from.end());
-  std::sort(a.submap->merged_from.begin(), a.submap->merged_from.end());
-  a.submap->anchors.add(b->anchors, T_b_a);
-  a.submap->path.add(b->path, T_b_a.inverse());
-  a.submap->note_node(b->first_node);
-  a.submap->note_node(b->last_node);
+  into->id = candidate.a;
+  into->merged_from.push_back(candidate.b);
+  into->merged_from.insert(into->merged_from.end(), from->merged_from.begin(),
+                           from->merged_from.end());
+  std::sort(into->merged_from.begin(), into->merged_from.end());
+  into->anchors.add(from->anchors, T_from_into);
+  into->path.add(from->path, T_from_into.inverse());
+  into->note_node(from->first_node);
+  into->note_node(from->last_node);
   // Both kinds of nodes have a say in where it lies now.
-  if (revision_ != nullptr) apply_graph(*a.submap, *revision_);
-  ++a.num_sources;
+  if (revision_ != nullptr) apply_graph(*into, *revision_);
+  // What a remnant adds is not worth comparing the other with all its neighbours again.
+  if (is_a_emptied || !is_remnant) ++a.num_sources;
+  if (is_a_emptied) a.num_known_whole = b_entry->second.num_known_whole;
+  if (!is_remnant) a.num_known_whole = into->volume.num_known(store_);
+  a.submap = into;
   refresh(a);
-  b->volume.clear(pools_);
-  b->reset();
+  from->volume.clear(pools_);
+  from->reset();
   entries_.erase(b_entry);
   fused_into_[candidate.b] = candidate.a;
   const auto is_of_b = [&](const auto& item) {
@@ -362,7 +441,8 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
   };
   std::erase_if(comparisons_, is_of_b);
   std::erase_if(sharings_, is_of_b);
-  return b;
+  heirs_.erase(candidate.a);
+  return from;
 }
 
 std::int64_t ElasticMap::bytes() const {

@@ -26,13 +26,20 @@ struct PairCheck {
   VoxelOverlap overlap;  ///< filled by the worker
 };
 
-/// A pair whose overlap is large enough to become one submap, if the graph is certain enough.
+/// Why a pair is held to be one place.
+enum class Bond {
+  kOverlap,    ///< both have seen most of what one of them knows
+  kContinued,  ///< the later one continues the other (Submap::continues), however little they overlap
+  kRemnant,    ///< one has left nearly all that it knew to others, and the other has the place where its sensor was
+};
+
+/// A pair that is to become one submap, if the graph is certain enough.
 struct FusionCandidate {
   SubmapId a = kNoSubmap;  ///< the smaller id: it stays
   SubmapId b = kNoSubmap;
   bool by_loop = false;  ///< a loop closure joins the two
   VoxelOverlap overlap;
-  bool goes_on = false;  ///< the later one continues the other (Submap::continues), however little they overlap
+  Bond bond = Bond::kOverlap;
 };
 
 /// The graph's word on a candidate.
@@ -53,6 +60,10 @@ struct Judgement {
 /// says how it tells one place seen twice from two rooms seen through a door), or of which one continues the other, is
 /// fused when the standard deviation between their roots is within `max_sigma_m`, provided that a loop closure's range covers
 /// both roots; without one, the graph must know their place to `max_sigma_unlooped_m`.
+///
+/// What has been shared says nothing about overlap any more, so of a short way through a place that others have walked
+/// better only crumbs may be left, and a submap of its own for each time it is walked. Such a remnant joins the submap
+/// that has its place.
 ///
 /// Threads: one owner (the fusion scheduler). Submaps are lent to the overlap worker between `plan_checks` and
 /// `record`, and must not be fused meanwhile. Allocates. The same calls give the same result.
@@ -77,7 +88,7 @@ class ElasticMap {
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
   /// Where the two lie against each other by the graph and, around its word, by their surfaces (see align_surfaces).
   /// Nothing when they see the surfaces of their place apart even so (see compare_surfaces): the graph is wrong about
-  /// them. In baseline mode the graph's word, always.
+  /// them. In baseline mode and for remnants the graph's word, always: what is left of a remnant is what differed.
   [[nodiscard]] std::optional<SurfaceAlignment> agree(const FusionCandidate& candidate) const;
   /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
   /// it (see share_places): with full trust where the graph is as certain of the pair as a fusion needs and both see the
@@ -86,9 +97,11 @@ class ElasticMap {
   /// can be told apart by their overlap, and what is shared counts no more.
   /// @return number of blocks that changed hands
   [[nodiscard]] std::size_t share_places();
-  /// Makes b part of a.
+  /// Looks for remnants, and for who has their place. @return true if there are any to be compared and judged
+  [[nodiscard]] bool find_remnants();
+  /// Makes b part of a. Of a remnant only what the other does not know is taken.
   /// @param T_b_a  pose of a's frame in b's
-  /// @return b's slot, emptied, or null (nothing changed) when the pools are too small
+  /// @return the slot that was emptied, or null (nothing changed) when the pools are too small
   [[nodiscard]] Submap* fuse(const FusionCandidate& candidate, const Pose& T_b_a);
 
   /// True when the pair was recorded as one place seen twice.
@@ -111,6 +124,7 @@ class ElasticMap {
     std::uint32_t num_sources =
         0;  ///< grows when scans are added or fused into it, not when places are shared
     Eigen::AlignedBox3d bounds_S;  ///< of what it knows
+    std::size_t num_known_whole = 0;  ///< blocks that it knew before it shared any
   };
   /// What is known about a pair, until one of both changes.
   struct Comparison {
@@ -118,7 +132,7 @@ class ElasticMap {
     Pose T_b_a = Pose::Identity();
     VoxelOverlap overlap;
     double sight = 0;  ///< see shared_sight
-    bool goes_on = false;  ///< see FusionCandidate
+    Bond bond = Bond::kOverlap;
     bool is_judged = false;
   };
   using Pair = std::pair<SubmapId, SubmapId>;
@@ -139,6 +153,9 @@ class ElasticMap {
   [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
   /// True when one of the two was begun only because the other had become too long.
   [[nodiscard]] bool goes_on(const Submap& a, const Submap& b) const;
+  [[nodiscard]] bool is_remnant_of(SubmapId remnant, SubmapId heir) const;
+  [[nodiscard]] Bond bond(const Submap& a, const Submap& b) const;
+  [[nodiscard]] SubmapId find_heir(const Entry& remnant) const;
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
   [[nodiscard]] double share_same_surfaces(const Submap& a, const Submap& b, const Pose& T_b_a) const;
   void note_nodes(const Submap& submap);
@@ -155,6 +172,7 @@ class ElasticMap {
   std::map<Pair, Comparison> comparisons_;
   std::map<Pair, Sharing> sharings_;
   std::map<SubmapId, SubmapId> fused_into_;
+  std::map<SubmapId, SubmapId> heirs_;  ///< of each remnant found last, the submap that has its place
   SubmapId unfinished_ = kNoSubmap;  ///< the last one added, if another will continue it
   std::map<NodeId, SubmapId> node_owner_;  ///< the first submap that holds a node's scans
   std::map<SubmapId, NodeId> root_at_spawn_;

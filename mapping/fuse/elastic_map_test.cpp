@@ -186,7 +186,7 @@ TEST_CASE("what goes on joins what the one before has become, before it is held 
   REQUIRE(candidate.has_value());
   CHECK(candidate->a == 0);
   CHECK(candidate->b == 2);
-  CHECK(candidate->goes_on);
+  CHECK(candidate->bond == Bond::kContinued);
 }
 
 TEST_CASE("submaps of different places are not even compared") {
@@ -374,6 +374,71 @@ TEST_CASE("a room is shared with its neighbours once it is whole") {
   f.map.add(rest);
   CHECK(f.settle() == 1);
   CHECK(f.map.share_places() > 0);
+}
+
+TEST_CASE("what is left of a submap that left nearly all to others joins the one that has its place") {
+  for (const SubmapId remnant_id : {0, 1}) {
+    CAPTURE(remnant_id);
+    Fixture f;
+    const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+    f.map.set_graph(&graph);
+    const SubmapId keeper_id = 1 - remnant_id;
+    Submap* remnant = f.finished(remnant_id, 0, 3);
+    Submap* keeper = f.finished(keeper_id, 9, 3);
+    remnant->path.clear();
+    remnant->path.add({3.5f * 0.52f, 0.4f, 0.02f});  // a little further from everything
+    for (int x = 4; x < 14; ++x) {
+      f.add_wall(*remnant, x);
+      f.add_wall(*keeper, x);
+      keeper->path.add({(static_cast<float>(x) + 0.5f) * 0.52f, 0.4f, 0.1f});
+    }
+    f.add_wall(*remnant, 14);
+    f.map.add(remnant);
+    f.map.add(keeper);
+    CHECK_FALSE(f.map.find_remnants());
+    CHECK(f.map.share_places() == 11 * 16);
+    REQUIRE(remnant->volume.num_blocks() == 16);
+    CHECK(f.map.find_remnants());
+    const Pose T_M_keeper = keeper->T_M_S;
+    CHECK(f.settle() == 1);
+    CHECK_FALSE(f.map.find_remnants());
+    REQUIRE(f.map.submaps().size() == 1);
+    const Submap* left = f.map.find(0);
+    REQUIRE(left == keeper);
+    CHECK(left->id == 0);
+    CHECK(left->root == 9);
+    CHECK(left->T_M_S.isApprox(T_M_keeper));
+    CHECK(left->merged_from == std::vector<SubmapId>{1});
+    CHECK(left->volume.num_blocks() == 12 * 16);
+    CHECK(f.map.survivor(1) == 0);
+    CHECK(remnant->volume.num_blocks() == 0);
+    CHECK(f.settle() == 0);
+  }
+}
+
+TEST_CASE("what a submap still knows of its own keeps it apart, and so does a doubtful graph") {
+  for (const int num_own : {1, 2}) {
+    for (const double information : {1.0, 1e6}) {
+      CAPTURE(num_own);
+      Fixture f;
+      const GraphRevision graph = with_loop(row_of_nodes(10 * information), 0, 9, information);
+      f.map.set_graph(&graph);
+      Submap* left = f.finished(1, 9, 3);
+      Submap* keeper = f.finished(0, 0, 3);
+      left->path.clear();
+      left->path.add({3.5f * 0.52f, 0.4f, 0.02f});
+      for (int x = 4; x < 14; ++x) {
+        f.add_wall(*left, x);
+        f.add_wall(*keeper, x);
+        keeper->path.add({(static_cast<float>(x) + 0.5f) * 0.52f, 0.4f, 0.1f});
+      }
+      for (int x = 14; x < 14 + num_own; ++x) f.add_wall(*left, x);
+      f.map.add(keeper);
+      f.map.add(left);
+      CHECK(f.map.share_places() > 0);
+      CHECK(f.map.find_remnants() == (num_own == 1 && information > 1));
+    }
+  }
 }
 
 TEST_CASE(

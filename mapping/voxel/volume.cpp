@@ -147,6 +147,13 @@ void Volume::attach_block(Chunk& chunk, std::uint32_t& place, PoolIndex block) {
   ++num_blocks_;
 }
 
+std::size_t Volume::num_known(const VoxelStore& store) const {
+  std::size_t sum = 0;
+  for (PoolIndex index = first_chunk_; index != kNoIndex; index = store.chunk(index).next_in_volume)
+    sum += store.chunk(index).num_known;
+  return sum;
+}
+
 void Volume::release_empty_chunks(VoxelPools& pools) {
   PoolIndex* link = &first_chunk_;
   while (*link != kNoIndex) {

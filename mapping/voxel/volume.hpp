@@ -63,6 +63,8 @@ class Volume {
   // Size.
   [[nodiscard]] std::size_t num_blocks() const { return num_blocks_; }
   [[nodiscard]] std::size_t num_chunks() const { return num_chunks_; }
+  /// Places of which anything is known, blocks and coarse nodes. O(chunks).
+  [[nodiscard]] std::size_t num_known(const VoxelStore& store) const;
   /// All bytes this volume owns: blocks, chunks and its own table.
   [[nodiscard]] std::size_t bytes() const {
     return num_blocks_ * sizeof(Block) + num_chunks_ * sizeof(Chunk) + sizeof(Volume);
