@@ -420,12 +420,14 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
   into->merged_from.insert(into->merged_from.end(), from->merged_from.begin(),
                            from->merged_from.end());
   std::sort(into->merged_from.begin(), into->merged_from.end());
-  into->anchors.add(from->anchors, T_from_into);
-  into->path.add(from->path, T_from_into.inverse());
   into->note_node(from->first_node);
   into->note_node(from->last_node);
-  // Both kinds of nodes have a say in where it lies now.
-  if (revision_ != nullptr) apply_graph(*into, *revision_);
+  if (!is_remnant) {
+    into->anchors.add(from->anchors, T_from_into);
+    into->path.add(from->path, T_from_into.inverse());
+    // Both kinds of nodes have a say in where it lies now.
+    if (revision_ != nullptr) apply_graph(*into, *revision_);
+  }
   // What a remnant adds is not worth comparing the other with all its neighbours again.
   if (is_a_emptied || !is_remnant) ++a.num_sources;
   if (is_a_emptied) a.num_known_whole = b_entry->second.num_known_whole;
