@@ -159,7 +159,7 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
     return;
   }
   const StopWatch fuse_watch;
-  const std::optional<SurfaceAlignment> alignment = map_.agree(candidate);
+  const std::optional<SurfaceAlignment> alignment = map_.agree(candidate, judgement);
   if (!alignment) {
     record_.cpu_fusion_ns += fuse_watch.cpu_ns();
     ++record_.rejected_by_overlap;

@@ -20,6 +20,9 @@ constexpr double kMaxMoveSharedVox = 2;
 /// Of two submaps of one place, the least share of surfaces that both show. Where the graph is right to 0.2 m nine rooms in
 /// ten show 0.93 of them alike, and outdoors seven pairs in ten more than this; 0.36 m apart, nine rooms in ten show less.
 constexpr double kMinSameSurface = 0.84;
+/// How far surfaces may lie from the graph's word: what submaps themselves are off by, and what the graph owns of doubt.
+constexpr double kMaxShiftM = 0.1;
+constexpr double kMaxShiftSigmas = 3;
 /// A remnant holds less than this share of what its submap knew, and the other has this share of its sensor's places.
 constexpr double kMaxShareOfRemnant = 0.1;
 constexpr double kMinShareOfTrail = 0.4;
@@ -287,13 +290,17 @@ double ElasticMap::share_same_surfaces(const Submap& a, const Submap& b, const P
       .share_same();
 }
 
-std::optional<SurfaceAlignment> ElasticMap::agree(const FusionCandidate& candidate) const {
+std::optional<SurfaceAlignment> ElasticMap::agree(const FusionCandidate& candidate,
+                                                  const Judgement& judgement) const {
   const Submap& a = *entries_.at(candidate.a).submap;
   const Submap& b = *entries_.at(candidate.b).submap;
   const Pose T_b_a = b.T_M_S.inverse() * a.T_M_S;
   if (config_.baseline || candidate.bond == Bond::kRemnant) return SurfaceAlignment{T_b_a, 0};
   const SurfaceAlignment alignment = align_surfaces(store_, a.volume, b.volume, T_b_a,
                                                     config_.fusion.max_sigma_m, config_.voxel.voxel_size_m);
+  if (judgement.sigma_m &&
+      alignment.shift_m > kMaxShiftM + kMaxShiftSigmas * (*judgement.sigma_m)[2])
+    return std::nullopt;
   if (share_same_surfaces(a, b, alignment.T_b_a) < kMinSameSurface) return std::nullopt;
   return alignment;
 }

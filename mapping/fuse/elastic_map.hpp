@@ -87,9 +87,9 @@ class ElasticMap {
   [[nodiscard]] std::optional<FusionCandidate> next_candidate();
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
   /// Where the two lie against each other by the graph and, around its word, by their surfaces (see align_surfaces).
-  /// Nothing when they see the surfaces of their place apart even so (see compare_surfaces): the graph is wrong about
-  /// them. In baseline mode and for remnants the graph's word, always: what is left of a remnant is what differed.
-  [[nodiscard]] std::optional<SurfaceAlignment> agree(const FusionCandidate& candidate) const;
+  /// Nothing when the graph is wrong about them: when they see the surfaces of their place apart even so (see
+  /// compare_surfaces), or further from its word than it gives itself to err. In baseline mode and for remnants the graph's word, always: what is left of a remnant is what differed.
+  [[nodiscard]] std::optional<SurfaceAlignment> agree(const FusionCandidate& candidate, const Judgement& judgement) const;
   /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
   /// it (see share_places): with full trust where the graph is as certain of the pair as a fusion needs and both see the
   /// surfaces of their place alike, else only copies, glimpses and second views go, unless they wait to be fused. Pairs of
