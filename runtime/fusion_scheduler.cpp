@@ -167,7 +167,7 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
     record_.events.push_back(event);
     return;
   }
-  const auto bytes_before = static_cast<std::int64_t>(a.volume.bytes() + b.volume.bytes());
+  const std::int64_t bytes_before = map_.bytes();
   Submap* emptied = nullptr;
   try {
     emptied = map_.fuse(candidate, alignment->T_b_a);
@@ -191,8 +191,7 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
                                                     : "overlap";
   record_.events.push_back(event);
   // Sums that only the reports read: relaxed order is enough.
-  ports_.finished.bytes.fetch_add(static_cast<std::int64_t>(a.volume.bytes()) - bytes_before,
-                                  std::memory_order_relaxed);
+  ports_.finished.bytes.fetch_add(map_.bytes() - bytes_before, std::memory_order_relaxed);
   ports_.finished.count.fetch_sub(1, std::memory_order_relaxed);
   MapReturn item;
   item.empty_slot = emptied;
