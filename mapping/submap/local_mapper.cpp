@@ -83,10 +83,10 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
     return travel_m_ < config_.spawn.baseline_distance_m || spawn(scan, SpawnReason::kDistance, outcome);
   }
   filter_cloud();
-  cloud_.advance(cloud_travel_m_);
   // One cloud a node is far from its neighbours already; scans of a turning sensor are not.
   const bool is_lone_cloud = scan.kind == Scan::Kind::kCloud;
-  outcome.overlap_ratio = cloud_.overlap(!is_lone_cloud);
+  if (!is_lone_cloud) cloud_.advance(cloud_travel_m_);
+  outcome.overlap_ratio = cloud_.overlap();
   const bool is_known_well = is_lone_cloud || cloud_.is_established();
   const bool is_strange = is_known_well && outcome.overlap_ratio <= config_.spawn.min_overlap;
   strange_scans_ = is_strange ? strange_scans_ + 1 : 0;
@@ -99,11 +99,7 @@ bool LocalMapper::check_spawn(const Scan& scan, ScanOutcome& outcome) {
     begin_cloud();
     return true;
   }
-  if (is_lone_cloud) {
-    cloud_.add_now();
-  } else {
-    cloud_.add(cloud_travel_m_);
-  }
+  cloud_.add(cloud_travel_m_);
   const bool is_long = config_.spawn.max_travel_m > 0 && travel_m_ >= config_.spawn.max_travel_m;
   return !is_long || spare_slots_.empty() || spawn(scan, SpawnReason::kDistance, outcome);
 }

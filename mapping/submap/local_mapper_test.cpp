@@ -108,6 +108,18 @@ TEST_CASE("scans of the same room stay in one submap, a scan of another room beg
   CHECK(outcome.finished->id == 0);
 }
 
+TEST_CASE("a cloud gathered around a door, which holds both rooms, does not hide the next one") {
+  Fixture f;
+  const auto first_room = room(-9, -3, 3, 3);
+  const auto second_room = room(3, -3, 9, 3);
+  auto both_rooms = first_room;
+  both_rooms.insert(both_rooms.end(), second_room.begin(), second_room.end());
+  CHECK(f.scan(first_room, {-2, 0, 1}).submap == 0);
+  CHECK(f.scan(first_room, {0, 0, 1}).submap == 0);
+  CHECK(f.scan(both_rooms, {2, 0, 1}).submap == 0);
+  CHECK(f.scan(second_room, {4, 0, 1}).spawned == SpawnReason::kOverlap);
+}
+
 TEST_CASE("a graph revision bends the active submap at once") {
   Fixture f;
   const GraphRevision before = one_node(Pose::Identity());

@@ -29,11 +29,11 @@ void SubmapCloud::filter(const ScanBeams& scan, const Eigen::Isometry3f& T_C_S) 
   }
 }
 
-double SubmapCloud::overlap(bool established_only) const {
+double SubmapCloud::overlap() const {
   if (filtered_.empty()) return 1;
   std::size_t num_near = 0;
   for (const Eigen::Vector3f& point : filtered_) {
-    num_near += (!established_only || covisibility_.is_established(point)) && cloud_.has_neighbour(point);
+    num_near += covisibility_.is_established(point) && cloud_.has_neighbour(point);
   }
   return static_cast<double>(num_near) / static_cast<double>(filtered_.size());
 }
@@ -42,17 +42,24 @@ void SubmapCloud::restart() {
   cloud_.clear();
   covisibility_.clear();
   pending_begin_ = pending_count_ = 0;
-  add_now();
+  absorb(filtered_);
 }
-
-void SubmapCloud::add_now() { absorb(filtered_); }
 
 void SubmapCloud::absorb(const std::vector<Eigen::Vector3f>& points) {
   for (const Eigen::Vector3f& point : points) cloud_.insert(point);
   covisibility_.add(points);
 }
 
+void SubmapCloud::advance(double travel_m) {
+  while (pending_count_ > 0 && travel_m - pending_[pending_begin_].travel_m >= lag_m_) {
+    absorb(pending_[pending_begin_].points);
+    pending_begin_ = (pending_begin_ + 1) % pending_.size();
+    --pending_count_;
+  }
+}
+
 void SubmapCloud::add(double travel_m) {
+  advance(travel_m);
   if (pending_count_ > 0) {
     const Pending& newest = pending_[(pending_begin_ + pending_count_ - 1) % pending_.size()];
     if (travel_m - newest.travel_m < lag_m_ / static_cast<double>(kPendingPerLag)) return;
@@ -62,14 +69,6 @@ void SubmapCloud::add(double travel_m) {
   slot.travel_m = travel_m;
   slot.points = filtered_;
   ++pending_count_;
-}
-
-void SubmapCloud::advance(double travel_m) {
-  while (pending_count_ > 0 && travel_m - pending_[pending_begin_].travel_m >= lag_m_) {
-    absorb(pending_[pending_begin_].points);
-    pending_begin_ = (pending_begin_ + 1) % pending_.size();
-    --pending_count_;
-  }
 }
 
 std::size_t SubmapCloud::bytes() const {

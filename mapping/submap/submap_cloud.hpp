@@ -18,11 +18,12 @@ namespace cloister {
 /// A scan joins the cloud only when the sensor has moved `cloud_lag_m` on: scans follow each other every few
 /// centimetres, and one compared with a cloud that holds its direct predecessor would always overlap. The lag stands
 /// for the distance between graph nodes in the paper, but does not depend on where the nodes happen to lie: every
-/// doorway is judged alike.
+/// doorway is judged alike. Clouds of one a node lie as far apart, and are compared before `advance`, so that each waits for
+/// the next: what a robot gathers between two nodes around a door holds both rooms, and its successor would never be of
+/// another place.
 ///
 /// Of the cloud, only what is established counts (see CovisibilityGrid): through an open door a sensor sees most of
-/// the next room bit by bit long before it goes there, and no overlap would ever fall. Clouds of one scan a node are
-/// compared as they are, as in the paper.
+/// the next room bit by bit long before it goes there, and no overlap would ever fall.
 ///
 /// A cloud of very few scans is no measure of a place: among leaves, and among people who walk about, two scans from one
 /// place share less than two thirds. So a submap lasts until its cloud holds as many scans as `established` asks for:
@@ -36,20 +37,18 @@ class SubmapCloud {
   /// Voxel-filters the returns of a scan; what follows refers to them.
   /// @param T_C_S  takes the scan's frame to the cloud's
   void filter(const ScanBeams& scan, const Eigen::Isometry3f& T_C_S);
-  /// R_point: share of the filtered scan's points whose nearest point of the cloud is closer than sqrt(3) x filter.
+  /// R_point: share of the filtered scan's points that lie where the cloud is established, with its nearest point closer
+  /// than sqrt(3) x filter.
   /// 1 for a scan without points: it cannot ask for a new submap.
-  /// @param established_only  leave out the part of the cloud that was seen in too few scans
-  [[nodiscard]] double overlap(bool established_only) const;
+  [[nodiscard]] double overlap() const;
   /// True once the cloud holds enough scans to tell that a scan is of another place.
   [[nodiscard]] bool is_established() const { return covisibility_.num_scans() >= CovisibilityGrid::kMinScans; }
   /// Empties the cloud and begins it with the filtered scan.
   void restart();
-  /// Hands the filtered scan in for later. @param travel_m  way of the sensor so far
-  void add(double travel_m);
-  /// Adds the filtered scan at once.
-  void add_now();
-  /// Adds what the sensor has left `cloud_lag_m` behind.
+  /// Takes in what the sensor has left `cloud_lag_m` behind. @param travel_m  way of the sensor so far
   void advance(double travel_m);
+  /// The same, and hands in the filtered scan for later.
+  void add(double travel_m);
 
   [[nodiscard]] std::size_t num_points() const { return cloud_.size(); }
   [[nodiscard]] std::size_t bytes() const;
