@@ -4,7 +4,6 @@
 #include <new>
 #include <utility>
 
-#include "runtime/cpu_clock.hpp"
 #include "runtime/thread_name.hpp"
 
 namespace cloister {
@@ -84,10 +83,9 @@ void FusionScheduler::handle(const SchedulerCommand& command) {
                               .stamp = command.stamp,
                               .count = static_cast<std::int64_t>(revision_->graph.nodes.size())});
   }
-  do {
-    fuse_all(command.stamp);
-    share_places();
-  } while (map_.find_remnants());
+  fuse_all(command.stamp);
+  share_places();
+  absorb_remnants(command.stamp);
   send_surplus();
 }
 
@@ -109,6 +107,20 @@ void FusionScheduler::share_places() {
   record_.blocks_shared += static_cast<std::int64_t>(moved);
   // A sum that only the reports read: relaxed order is enough.
   ports_.finished.bytes.fetch_add(map_.bytes() - bytes_before, std::memory_order_relaxed);
+}
+
+void FusionScheduler::absorb_remnants(SensorTime stamp) {
+  while (true) {
+    const StopWatch watch;
+    const std::optional<FusionCandidate> remnant = map_.find_remnant();
+    if (!remnant) break;
+    ++(remnant->by_loop ? record_.proposed_by_loop : record_.proposed_by_overlap);
+    Event event = pair_event(EventKind::kFusionAccepted, stamp, *map_.find(remnant->a), *map_.find(remnant->b),
+                             remnant->overlap);
+    event.reason = "remnant";
+    if (const Judgement judgement = judge(*remnant); judgement.sigma_m) event.sigma_m = *judgement.sigma_m;
+    if (!fuse(event, watch, [&] { return map_.absorb(*remnant); })) break;
+  }
 }
 
 void FusionScheduler::compare(std::vector<PairCheck> checks, SensorTime stamp) {
@@ -167,35 +179,39 @@ void FusionScheduler::decide(const FusionCandidate& candidate, SensorTime stamp)
     record_.events.push_back(event);
     return;
   }
+  event.kind = EventKind::kFusionAccepted;
+  event.shift_m = alignment->shift_m;
+  event.reason = candidate.goes_on ? "continued" : candidate.by_loop ? "loop" : "overlap";
+  (void)fuse(event, fuse_watch, [&] { return map_.fuse(candidate, alignment->T_b_a); });
+}
+
+template <typename Fusion>
+bool FusionScheduler::fuse(Event& event, const StopWatch& watch, Fusion&& fusion) {
   const std::int64_t bytes_before = map_.bytes();
   Submap* emptied = nullptr;
   try {
-    emptied = map_.fuse(candidate, alignment->T_b_a);
+    emptied = fusion();
   } catch (const std::bad_alloc&) {
-    // Its lists are made before the first voxel is touched: the pair stays as it was.
+    // What the one may have taken over already is still in the other: nothing is lost.
   }
-  record_.fuse_ms.push_back(fuse_watch.wall_ms());
-  record_.cpu_fusion_ns += fuse_watch.cpu_ns();
-  if (emptied == nullptr) {
-    ++record_.declined_by_memory;
-    event.reason = "memory";
-    record_.events.push_back(event);
-    return;
-  }
-  ++record_.accepted;
-  event.kind = EventKind::kFusionAccepted;
-  event.shift_m = alignment->shift_m;
-  event.reason = candidate.bond == Bond::kContinued ? "continued"
-                 : candidate.bond == Bond::kRemnant ? "remnant"
-                 : candidate.by_loop                ? "loop"
-                                                    : "overlap";
-  record_.events.push_back(event);
   // Sums that only the reports read: relaxed order is enough.
   ports_.finished.bytes.fetch_add(map_.bytes() - bytes_before, std::memory_order_relaxed);
+  record_.fuse_ms.push_back(watch.wall_ms());
+  record_.cpu_fusion_ns += watch.cpu_ns();
+  if (emptied == nullptr) {
+    ++record_.declined_by_memory;
+    event.kind = EventKind::kFusionRejected;
+    event.reason = "memory";
+    record_.events.push_back(event);
+    return false;
+  }
+  ++record_.accepted;
+  record_.events.push_back(event);
   ports_.finished.count.fetch_sub(1, std::memory_order_relaxed);
   MapReturn item;
   item.empty_slot = emptied;
   push(item);
+  return true;
 }
 
 void FusionScheduler::push(const MapReturn& item) {

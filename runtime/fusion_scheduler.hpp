@@ -7,6 +7,7 @@
 
 #include "mapping/fuse/elastic_map.hpp"
 #include "mapping/record/mission_record.hpp"
+#include "runtime/cpu_clock.hpp"
 #include "runtime/doorbell.hpp"
 #include "runtime/integration_thread.hpp"
 #include "runtime/messages.hpp"
@@ -58,9 +59,13 @@ class FusionScheduler {
   void handle(const SchedulerCommand& command);
   void fuse_all(SensorTime stamp);
   void share_places();
+  void absorb_remnants(SensorTime stamp);
   void compare(std::vector<PairCheck> checks, SensorTime stamp);
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
   void decide(const FusionCandidate& candidate, SensorTime stamp);
+  /// Does what `event` says by `fusion`, which returns the slot that it emptied, or null; and accounts for it.
+  template <typename Fusion>
+  [[nodiscard]] bool fuse(Event& event, const StopWatch& watch, Fusion&& fusion);
   void send_surplus();
   void push(const MapReturn& item);
 

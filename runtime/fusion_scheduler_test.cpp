@@ -96,7 +96,7 @@ TEST_CASE("a remnant joins its heir in the same command, and the totals are thos
   }
   CHECK(s.map.submaps().size() == 2);
   CHECK(s.totals.count.load() == 2);
-  CHECK(s.map.find(0) == finished[1]);
+  CHECK(s.map.find(1) == finished[1]);
   CHECK(s.totals.bytes.load() == s.map.bytes());
 }
 

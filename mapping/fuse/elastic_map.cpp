@@ -23,7 +23,7 @@ constexpr double kMinSameSurface = 0.84;
 /// How far surfaces may lie from the graph's word: what submaps themselves are off by, and what the graph owns of doubt.
 constexpr double kMaxShiftM = 0.1;
 constexpr double kMaxShiftSigmas = 3;
-/// A remnant holds less than this share of what its submap knew, and the other has this share of its sensor's places.
+/// A remnant holds at most this share of what its submap knew, and the other at least this share of its sensor's places.
 constexpr double kMaxShareOfRemnant = 0.1;
 constexpr double kMinShareOfTrail = 0.4;
 
@@ -138,19 +138,8 @@ bool ElasticMap::goes_on(const Submap& a, const Submap& b) const {
   return !config_.baseline && (is_from(a, b) || is_from(b, a));
 }
 
-bool ElasticMap::is_remnant_of(SubmapId remnant, SubmapId heir) const {
-  const auto found = heirs_.find(remnant);
-  return found != heirs_.end() && found->second == heir;
-}
-
-Bond ElasticMap::bond(const Submap& a, const Submap& b) const {
-  if (goes_on(a, b)) return Bond::kContinued;
-  if (is_remnant_of(a.id, b.id) || is_remnant_of(b.id, a.id)) return Bond::kRemnant;
-  return Bond::kOverlap;
-}
-
 bool ElasticMap::is_one_place(const Comparison& comparison) const {
-  return config_.baseline || comparison.bond != Bond::kOverlap ||
+  return config_.baseline || comparison.goes_on ||
          (larger_ratio(comparison.overlap) >= config_.fusion.min_overlap &&
           comparison.sight >= config_.fusion.min_shared_sight);
 }
@@ -198,15 +187,12 @@ std::vector<PairCheck> ElasticMap::plan_checks() {
   std::vector<PairCheck> checks;
   for (auto a = entries_.begin(); a != entries_.end(); ++a) {
     for (auto b = std::next(a); b != entries_.end(); ++b) {
-      const Bond bond = this->bond(*a->second.submap, *b->second.submap);
       const auto known = comparisons_.find({a->first, b->first});
-      if (known != comparisons_.end() && known->second.bond == bond &&
-          is_current(known->second, a->second, b->second))
-        continue;
-      if (bond == Bond::kOverlap && have_shared(a->first, b->first)) continue;
+      if (known != comparisons_.end() && is_current(known->second, a->second, b->second)) continue;
+      if (have_shared(a->first, b->first)) continue;
       const bool is_wanted = config_.baseline ? joined_by_loop(a->first, b->first)
-                                              : bond != Bond::kOverlap ||
-                                                    may_overlap_enough(a->second, b->second);
+                                              : may_overlap_enough(a->second, b->second) ||
+                                                    goes_on(*a->second.submap, *b->second.submap);
       if (known != comparisons_.end()) comparisons_.erase(known);
       if (!is_wanted) continue;
       checks.push_back({a->second.submap,
@@ -222,9 +208,9 @@ void ElasticMap::record(const PairCheck& checked) {
   Comparison& comparison = comparisons_[{checked.a->id, checked.b->id}];
   comparison = {entries_.at(checked.a->id).num_sources, entries_.at(checked.b->id).num_sources,
                 checked.T_b_a, checked.overlap};
-  comparison.bond = bond(*checked.a, *checked.b);
+  comparison.goes_on = goes_on(*checked.a, *checked.b);
   // Lines of sight cost more than a comparison of boxes: only of pairs that overlap enough.
-  if (!config_.baseline && comparison.bond == Bond::kOverlap &&
+  if (!config_.baseline && !comparison.goes_on &&
       larger_ratio(checked.overlap) >= config_.fusion.min_overlap)
     comparison.sight = shared_sight(store_, config_.voxel.voxel_size_m, *checked.a, *checked.b);
 }
@@ -243,7 +229,7 @@ std::optional<FusionCandidate> ElasticMap::next_candidate() {
     // In baseline mode lines of sight do not count, and all scores are zero. What goes on comes first: what becomes of it is
     // then held against other places as a whole.
     const double score =
-        comparison.bond != Bond::kOverlap ? 2 : larger_ratio(comparison.overlap) * comparison.sight;
+        comparison.goes_on ? 2 : larger_ratio(comparison.overlap) * comparison.sight;
     if (best != nullptr && score <= best_score) continue;
     best = &item;
     best_score = score;
@@ -252,7 +238,7 @@ std::optional<FusionCandidate> ElasticMap::next_candidate() {
   const Pair pair = best->first;
   comparisons_[pair].is_judged = true;
   return FusionCandidate{pair.first, pair.second, joined_by_loop(pair.first, pair.second),
-                         best->second.overlap, best->second.bond};
+                         best->second.overlap, best->second.goes_on};
 }
 
 Judgement ElasticMap::judge(const FusionCandidate& candidate) {
@@ -295,7 +281,7 @@ std::optional<SurfaceAlignment> ElasticMap::agree(const FusionCandidate& candida
   const Submap& a = *entries_.at(candidate.a).submap;
   const Submap& b = *entries_.at(candidate.b).submap;
   const Pose T_b_a = b.T_M_S.inverse() * a.T_M_S;
-  if (config_.baseline || candidate.bond == Bond::kRemnant) return SurfaceAlignment{T_b_a, 0};
+  if (config_.baseline) return SurfaceAlignment{T_b_a, 0};
   const SurfaceAlignment alignment = align_surfaces(store_, a.volume, b.volume, T_b_a,
                                                     config_.fusion.max_sigma_m, config_.voxel.voxel_size_m);
   if (judgement.sigma_m &&
@@ -322,6 +308,13 @@ std::size_t ElasticMap::share_places() {
       moved += share_places(a->second, b->second, sharings_[{a->first, b->first}]);
     }
   }
+  for (auto& [id, entry] : entries_) {
+    if (!entry.has_shared) continue;
+    entry.has_shared = false;
+    (void)forget_wall_interiors(pools_, entry.submap->volume);
+    (void)settle_free_space(pools_, entry.submap->volume);
+    refresh(entry);
+  }
   return moved;
 }
 
@@ -331,11 +324,10 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
   if (is_same && (sharing.refused_by_revision == 0 || sharing.refused_by_revision == revision))
     return 0;
   const Pose T_b_a = b.submap->T_M_S.inverse() * a.submap->T_M_S;
-  // Full trust stands for a pair that has not been asked as it is now.
   const bool is_known =
       is_same && has_stayed(sharing.T_b_a, T_b_a, a.bounds_S,
                             kMaxMoveSharedVox * config_.voxel.voxel_size_m);
-  const SharingTrust before = is_known ? sharing.trust : SharingTrust::kFull;
+  const std::optional<SharingTrust> before = is_known ? sharing.trust : std::nullopt;
   sharing = {a.num_sources, b.num_sources, is_known ? sharing.T_b_a : T_b_a, before, 0};
   if (a.bounds_S.isEmpty() || b.bounds_S.isEmpty()) return 0;
   if (boxes_disjoint(oriented_box(a.bounds_S, a.submap->T_M_S),
@@ -357,100 +349,102 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
     if (sharing.trust == before || may_fuse_later) return 0;
   }
   const auto moved = cloister::share_places(*a.submap, *b.submap, T_b_a.inverse(), config_.voxel,
-                                            pools_, sharing.trust);
+                                            pools_, *sharing.trust);
   if (!moved || *moved == 0) return 0;
-  (void)forget_wall_interiors(pools_, a.submap->volume);
-  (void)forget_wall_interiors(pools_, b.submap->volume);
-  (void)settle_free_space(pools_, a.submap->volume);
-  (void)settle_free_space(pools_, b.submap->volume);
+  a.has_shared = b.has_shared = true;
   refresh(a);
   refresh(b);
   return *moved;
 }
 
-SubmapId ElasticMap::find_heir(const Entry& remnant) const {
+SubmapId ElasticMap::find_heir(const Entry& remnant) {
   const SubmapId id = remnant.submap->id;
   SubmapId heir = kNoSubmap;
-  double best_share = kMinShareOfTrail;
+  double best_share = 0;
   for (const auto& [other, entry] : entries_) {
-    const auto sharing = sharings_.find(std::minmax(id, other));
-    if (sharing == sharings_.end() || sharing->second.trust != SharingTrust::kFull) continue;
+    const Pair pair = std::minmax(id, other);
+    const auto sharing = sharings_.find(pair);
+    if (sharing == sharings_.end() || sharing->second.trust != SharingTrust::kFull ||
+        !have_shared(pair.first, pair.second))
+      continue;
     const double share = share_of_trail_known(store_, *remnant.submap, *entry.submap,
                                               config_.voxel.voxel_size_m);
-    if (share < best_share) continue;
+    if (share < kMinShareOfTrail || share <= best_share) continue;
+    // The graph may have changed its mind since they shared.
+    if (!judge({pair.first, pair.second, joined_by_loop(pair.first, pair.second), {}}).is_accepted) continue;
     heir = other;
     best_share = share;
   }
   return heir;
 }
 
-bool ElasticMap::find_remnants() {
-  heirs_.clear();
-  if (config_.baseline) return false;
+std::optional<FusionCandidate> ElasticMap::find_remnant() {
+  if (config_.baseline) return std::nullopt;
   const SubmapId unfinished = survivor(unfinished_);
-  bool is_any_new = false;
   for (const auto& [id, entry] : entries_) {
     const double num_known = static_cast<double>(entry.submap->volume.num_known(store_));
-    if (id == unfinished ||
-        num_known > kMaxShareOfRemnant * static_cast<double>(entry.num_known_whole))
-      continue;
+    if (id == unfinished || num_known > kMaxShareOfRemnant * static_cast<double>(entry.num_known_whole)) continue;
     const SubmapId heir = find_heir(entry);
-    // Of two remnants that have each other's place, one at a time.
-    if (heir == kNoSubmap || heirs_.contains(heir)) continue;
-    heirs_[id] = heir;
-    const auto asked = comparisons_.find(std::minmax(id, heir));
-    is_any_new = is_any_new || asked == comparisons_.end() ||
-                 asked->second.bond != Bond::kRemnant || !asked->second.is_judged;
+    if (heir == kNoSubmap) continue;
+    const Submap& other = *entries_.at(heir).submap;
+    return FusionCandidate{heir, id, joined_by_loop(heir, id),
+                           voxel_overlap(store_, other.volume, entry.submap->volume,
+                                         entry.submap->T_M_S.inverse() * other.T_M_S, config_.voxel.voxel_size_m)};
   }
-  return is_any_new;
+  return std::nullopt;
+}
+
+Submap* ElasticMap::absorb(const FusionCandidate& remnant) {
+  Entry& heir = entries_.at(remnant.a);
+  const Submap& from = *entries_.at(remnant.b).submap;
+  if (!fuse_volume(from.volume, from.T_M_S.inverse() * heir.submap->T_M_S, config_.voxel, pools_,
+                   heir.submap->volume, BothKnown::kKeep))
+    return nullptr;
+  // What went on from it does not go on from its heir.
+  for (auto& [id, entry] : entries_) {
+    SubmapId& continues = entry.submap->continues;
+    if (continues != kNoSubmap && survivor(continues) == remnant.b) continues = kNoSubmap;
+  }
+  return empty_into(heir, remnant.b);
 }
 
 Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
   Entry& a = entries_.at(candidate.a);
-  const auto b_entry = entries_.find(candidate.b);
-  const bool is_remnant = candidate.bond == Bond::kRemnant;
-  // The smaller id stays, but a remnant always goes into the other's frame.
-  const bool is_a_emptied = is_remnant && is_remnant_of(candidate.a, candidate.b);
-  Submap* into = is_a_emptied ? b_entry->second.submap : a.submap;
-  Submap* from = is_a_emptied ? a.submap : b_entry->second.submap;
-  const Pose T_from_into = is_a_emptied ? T_b_a.inverse() : T_b_a;
-  if (!fuse_volume(from->volume, T_from_into, config_.voxel, pools_, into->volume,
-                   is_remnant ? BothKnown::kKeep : BothKnown::kAdd))
-    return nullptr;
-  if (!config_.baseline) {
-    (void)forget_wall_interiors(pools_, into->volume);
-    (void)settle_free_space(pools_, into->volume);
-  }
+  const Submap& b = *entries_.at(candidate.b).submap;
+  if (!fuse_volume(b.volume, T_b_a, config_.voxel, pools_, a.submap->volume)) return nullptr;
+  a.submap->anchors.add(b.anchors, T_b_a);
+  a.submap->path.add(b.path, T_b_a.inverse());
+  // Both kinds of nodes have a say in where it lies now.
+  if (revision_ != nullptr) apply_graph(*a.submap, *revision_);
+  ++a.num_sources;
+  Submap* emptied = empty_into(a, candidate.b);
+  a.num_known_whole = a.submap->volume.num_known(store_);
+  return emptied;
+}
 
-  into->id = candidate.a;
-  into->merged_from.push_back(candidate.b);
-  into->merged_from.insert(into->merged_from.end(), from->merged_from.begin(),
-                           from->merged_from.end());
-  std::sort(into->merged_from.begin(), into->merged_from.end());
-  into->note_node(from->first_node);
-  into->note_node(from->last_node);
-  if (!is_remnant) {
-    into->anchors.add(from->anchors, T_from_into);
-    into->path.add(from->path, T_from_into.inverse());
-    // Both kinds of nodes have a say in where it lies now.
-    if (revision_ != nullptr) apply_graph(*into, *revision_);
+Submap* ElasticMap::empty_into(Entry& into, SubmapId from_id) {
+  if (!config_.baseline) {
+    (void)forget_wall_interiors(pools_, into.submap->volume);
+    (void)settle_free_space(pools_, into.submap->volume);
   }
-  // What a remnant adds is not worth comparing the other with all its neighbours again.
-  if (is_a_emptied || !is_remnant) ++a.num_sources;
-  if (is_a_emptied) a.num_known_whole = b_entry->second.num_known_whole;
-  if (!is_remnant) a.num_known_whole = into->volume.num_known(store_);
-  a.submap = into;
-  refresh(a);
+  refresh(into);
+  const auto entry = entries_.find(from_id);
+  Submap* from = entry->second.submap;
+  std::vector<SubmapId>& merged = into.submap->merged_from;
+  merged.push_back(from_id);
+  merged.insert(merged.end(), from->merged_from.begin(), from->merged_from.end());
+  std::sort(merged.begin(), merged.end());
+  into.submap->note_node(from->first_node);
+  into.submap->note_node(from->last_node);
   from->volume.clear(pools_);
   from->reset();
-  entries_.erase(b_entry);
-  fused_into_[candidate.b] = candidate.a;
-  const auto is_of_b = [&](const auto& item) {
-    return item.first.first == candidate.b || item.first.second == candidate.b;
+  entries_.erase(entry);
+  fused_into_[from_id] = into.submap->id;
+  const auto is_of_from = [&](const auto& item) {
+    return item.first.first == from_id || item.first.second == from_id;
   };
-  std::erase_if(comparisons_, is_of_b);
-  std::erase_if(sharings_, is_of_b);
-  heirs_.erase(candidate.a);
+  std::erase_if(comparisons_, is_of_from);
+  std::erase_if(sharings_, is_of_from);
   return from;
 }
 

@@ -26,20 +26,13 @@ struct PairCheck {
   VoxelOverlap overlap;  ///< filled by the worker
 };
 
-/// Why a pair is held to be one place.
-enum class Bond {
-  kOverlap,    ///< both have seen most of what one of them knows
-  kContinued,  ///< the later one continues the other (Submap::continues), however little they overlap
-  kRemnant,    ///< one has left nearly all that it knew to others, and the other has the place where its sensor was
-};
-
 /// A pair that is to become one submap, if the graph is certain enough.
 struct FusionCandidate {
-  SubmapId a = kNoSubmap;  ///< the smaller id: it stays
+  SubmapId a = kNoSubmap;  ///< it stays: the smaller id, or a remnant's heir
   SubmapId b = kNoSubmap;
   bool by_loop = false;  ///< a loop closure joins the two
   VoxelOverlap overlap;
-  Bond bond = Bond::kOverlap;
+  bool goes_on = false;  ///< the later one continues the other (Submap::continues), however little they overlap
 };
 
 /// The graph's word on a candidate.
@@ -62,8 +55,9 @@ struct Judgement {
 /// both roots; without one, the graph must know their place to `max_sigma_unlooped_m`.
 ///
 /// What has been shared says nothing about overlap any more, so of a short way through a place that others have walked
-/// better only crumbs may be left, and a submap of its own for each time it is walked. Such a remnant joins the submap
-/// that has its place.
+/// better only crumbs may be left, and a submap of its own for each time it is walked. Such a remnant, of a tenth of what it
+/// knew, joins its heir: the submap that knows most of its sensor's way, at least two fifths, and with which it has shared in
+/// full trust.
 ///
 /// Threads: one owner (the fusion scheduler). Submaps are lent to the overlap worker between `plan_checks` and
 /// `record`, and must not be fused meanwhile. Allocates. The same calls give the same result.
@@ -83,13 +77,16 @@ class ElasticMap {
   /// nothing comes any more.
   [[nodiscard]] std::vector<PairCheck> plan_checks();
   void record(const PairCheck& checked);
-  /// The pair to judge next, the one that shares most volume and sight, or nothing. Each pair comes once a comparison and, if refused, once a loop closure.
+  /// The pair to judge next, the one that shares most volume and sight, or nothing. Each pair comes once a comparison and,
+  /// if refused, once a loop closure.
   [[nodiscard]] std::optional<FusionCandidate> next_candidate();
   [[nodiscard]] Judgement judge(const FusionCandidate& candidate);
   /// Where the two lie against each other by the graph and, around its word, by their surfaces (see align_surfaces).
   /// Nothing when the graph is wrong about them: when they see the surfaces of their place apart even so (see
-  /// compare_surfaces), or further from its word than it gives itself to err. In baseline mode and for remnants the graph's word, always: what is left of a remnant is what differed.
-  [[nodiscard]] std::optional<SurfaceAlignment> agree(const FusionCandidate& candidate, const Judgement& judgement) const;
+  /// compare_surfaces), or, in the middle of what both show, further from its word than 0.1 m and three of its standard
+  /// deviations. In baseline mode the graph's word, always.
+  [[nodiscard]] std::optional<SurfaceAlignment> agree(const FusionCandidate& candidate,
+                                                      const Judgement& judgement) const;
   /// Once there is nothing more to fuse: leaves each place that two submaps know to the one whose sensor came nearer to
   /// it (see share_places): with full trust where the graph is as certain of the pair as a fusion needs and both see the
   /// surfaces of their place alike, else only copies, glimpses and second views go, unless they wait to be fused. Pairs of
@@ -97,12 +94,17 @@ class ElasticMap {
   /// can be told apart by their overlap, and what is shared counts no more.
   /// @return number of blocks that changed hands
   [[nodiscard]] std::size_t share_places();
-  /// Looks for remnants, and for who has their place. @return true if there are any to be compared and judged
-  [[nodiscard]] bool find_remnants();
-  /// Makes b part of a. Of a remnant only what the other does not know is taken.
+  /// Makes b part of a: a keeps its id, its slot and its frame.
   /// @param T_b_a  pose of a's frame in b's
-  /// @return the slot that was emptied, or null (nothing changed) when the pools are too small
+  /// @return b's slot, emptied, or null (nothing changed) when the pools are too small
   [[nodiscard]] Submap* fuse(const FusionCandidate& candidate, const Pose& T_b_a);
+  /// Once places are shared: a remnant as b, and its heir as a; or nothing. The graph is certain of the two. Their surfaces
+  /// are not asked: what is left of a remnant is what differed.
+  [[nodiscard]] std::optional<FusionCandidate> find_remnant();
+  /// Makes a remnant part of its heir, which takes what it does not know and stays as it is otherwise. It has no say in
+  /// where the heir lies, and what the heir was told of its neighbours still holds.
+  /// @return as `fuse`
+  [[nodiscard]] Submap* absorb(const FusionCandidate& remnant);
 
   /// True when the pair was recorded as one place seen twice.
   [[nodiscard]] bool overlaps_enough(const PairCheck& checked) const;
@@ -124,7 +126,8 @@ class ElasticMap {
     std::uint32_t num_sources =
         0;  ///< grows when scans are added or fused into it, not when places are shared
     Eigen::AlignedBox3d bounds_S;  ///< of what it knows
-    std::size_t num_known_whole = 0;  ///< blocks that it knew before it shared any
+    std::size_t num_known_whole = 0;  ///< places that it knew when scans were last added or fused into it
+    bool has_shared = false;          ///< since its leftovers were last looked for
   };
   /// What is known about a pair, until one of both changes.
   struct Comparison {
@@ -132,7 +135,7 @@ class ElasticMap {
     Pose T_b_a = Pose::Identity();
     VoxelOverlap overlap;
     double sight = 0;  ///< see shared_sight
-    Bond bond = Bond::kOverlap;
+    bool goes_on = false;  ///< see FusionCandidate
     bool is_judged = false;
   };
   using Pair = std::pair<SubmapId, SubmapId>;
@@ -141,7 +144,7 @@ class ElasticMap {
   struct Sharing {
     std::uint32_t sources_a = 0, sources_b = 0;
     Pose T_b_a = Pose::Identity();
-    SharingTrust trust = SharingTrust::kFull;
+    std::optional<SharingTrust> trust;  ///< nothing while the two have not met
     std::uint64_t refused_by_revision = 0;
   };
 
@@ -153,9 +156,9 @@ class ElasticMap {
   [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
   /// True when one of the two was begun only because the other had become too long.
   [[nodiscard]] bool goes_on(const Submap& a, const Submap& b) const;
-  [[nodiscard]] bool is_remnant_of(SubmapId remnant, SubmapId heir) const;
-  [[nodiscard]] Bond bond(const Submap& a, const Submap& b) const;
-  [[nodiscard]] SubmapId find_heir(const Entry& remnant) const;
+  [[nodiscard]] SubmapId find_heir(const Entry& remnant);
+  /// Ends a fusion: the submap `from_id`, which is part of `into` now, gives up its slot.
+  Submap* empty_into(Entry& into, SubmapId from_id);
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
   [[nodiscard]] double share_same_surfaces(const Submap& a, const Submap& b, const Pose& T_b_a) const;
   void note_nodes(const Submap& submap);
@@ -172,7 +175,6 @@ class ElasticMap {
   std::map<Pair, Comparison> comparisons_;
   std::map<Pair, Sharing> sharings_;
   std::map<SubmapId, SubmapId> fused_into_;
-  std::map<SubmapId, SubmapId> heirs_;  ///< of each remnant found last, the submap that has its place
   SubmapId unfinished_ = kNoSubmap;  ///< the last one added, if another will continue it
   std::map<NodeId, SubmapId> node_owner_;  ///< the first submap that holds a node's scans
   std::map<SubmapId, NodeId> root_at_spawn_;

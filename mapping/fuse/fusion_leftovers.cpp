@@ -6,53 +6,25 @@
 #include <unordered_map>
 #include <vector>
 
+#include "mapping/fuse/block_halo.hpp"
+
 namespace cloister {
 namespace {
-
-struct CoordHash {
-  std::size_t operator()(const BlockCoord& c) const {
-    return static_cast<std::size_t>(c.x()) * 73856093u ^
-           static_cast<std::size_t>(c.y()) * 19349663u ^
-           static_cast<std::size_t>(c.z()) * 83492791u;
-  }
-};
-
-/// The voxels of a block that satisfy a condition on their value.
-template <typename Condition>
-BlockBits bits_where(const BlockView& view, Condition&& holds) {
-  BlockBits bits{};
-  if (view.block == nullptr) {
-    if (!holds(view.coarse)) return bits;
-    for (int octant = 0; octant < 8; ++octant) {
-      if ((view.known >> octant & 1) == 0) continue;
-      for (int z = 0; z < kOctantEdge; ++z)
-        bits.word[octant_corner(octant).z() + z] |= octant_rows(octant);
-    }
-    return bits;
-  }
-  for (int i = 0; i < kBlockVoxels; ++i)
-    bits.word[i >> 6] |= std::uint64_t{holds(view.block->voxels[i])} << (i & 63);
-  return bits;
-}
-
-BlockBits free_bits(const BlockView& view) {
-  return bits_where(view, [](LogOdds value) { return value < 0; });
-}
 
 /// The occupied voxels of a volume that a surface needs (see forget_wall_interiors).
 class SurfaceVoxels {
  public:
   SurfaceVoxels(const VoxelStore& store, const Volume& volume) {
     volume.for_each_block(store, [&](const BlockCoord& coord, const BlockView& view) {
-      const BlockBits occupied = bits_where(view, [](LogOdds value) { return value > 0; });
+      const BlockBits occupied = occupied_bits(view);
       if (occupied.any()) solids_.push_back({coord, occupied, free_bits(view), {}, {}, {}});
     });
-    std::unordered_map<BlockCoord, const Solid*, CoordHash> index;
+    std::unordered_map<BlockCoord, const Solid*, BlockCoordHash> index;
     index.reserve(solids_.size());
     for (const Solid& solid : solids_) index.emplace(solid.coord, &solid);
     for (Solid& solid : solids_) {
       const Halo free = halo_of([&](std::size_t k) {
-        const BlockCoord coord = solid.coord + offset(k);
+        const BlockCoord coord = solid.coord + offset_around(k);
         const auto found = index.find(coord);
         solid.around[k] = found == index.end() ? nullptr : found->second;
         return solid.around[k] == nullptr ? free_bits(volume.view(store, coord)) : solid.around[k]->free;
@@ -80,12 +52,6 @@ class SurfaceVoxels {
   }
 
  private:
-  static constexpr std::size_t kAround = 27;
-  static BlockCoord offset(std::size_t k) {
-    const int i = static_cast<int>(k);
-    return {i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1};
-  }
-
   /// A block with occupied voxels.
   struct Solid {
     BlockCoord coord;
@@ -93,66 +59,8 @@ class SurfaceVoxels {
     BlockBits free;
     BlockBits front;          ///< those with a face in common with free space
     BlockBits touching_free;  ///< those with as much as a corner in common with it
-    std::array<const Solid*, kAround> around;  ///< by offset; null where nothing is occupied
+    std::array<const Solid*, kBlocksAround> around;  ///< by offset; null where nothing is occupied
   };
-
-  /// Voxels of a block and one more all around: row y + 1 of slice z + 1 has the voxel at x in bit x + 1.
-  struct Halo {
-    unsigned row[kBlockEdge + 2][kBlockEdge + 2];
-  };
-
-  template <typename BitsAt>
-  static Halo halo_of(BitsAt&& bits_at) {
-    std::array<BlockBits, kAround> around;
-    for (std::size_t k = 0; k < kAround; ++k) around[k] = bits_at(k);
-    Halo halo;
-    for (int z = -1; z <= kBlockEdge; ++z) {
-      for (int y = -1; y <= kBlockEdge; ++y) {
-        const int first = 3 * ((y >> kBlockShift) + 1) + 9 * ((z >> kBlockShift) + 1);
-        const auto row = [&](int dx) -> unsigned {
-          return around[static_cast<std::size_t>(first + dx + 1)].word[z & 7] >> (kBlockEdge * (y & 7)) & 0xff;
-        };
-        halo.row[z + 1][y + 1] = row(-1) >> 7 | row(0) << 1 | (row(1) & 1) << (kBlockEdge + 1);
-      }
-    }
-    return halo;
-  }
-
-  /// The voxels of a block for which `row_at(y + 1, z + 1)` has bit x + 1.
-  template <typename RowAt>
-  static BlockBits bits_of_rows(RowAt&& row_at) {
-    BlockBits bits{};
-    for (int z = 0; z < kBlockEdge; ++z) {
-      for (int y = 0; y < kBlockEdge; ++y)
-        bits.word[z] |= std::uint64_t{row_at(y + 1, z + 1) >> 1 & 0xff} << (kBlockEdge * y);
-    }
-    return bits;
-  }
-
-  /// Voxels with a face in common with those of a halo.
-  static BlockBits beside(const Halo& halo) {
-    return bits_of_rows([&](int y, int z) {
-      return halo.row[z][y] << 1 | halo.row[z][y] >> 1 | halo.row[z][y - 1] | halo.row[z][y + 1] |
-             halo.row[z - 1][y] | halo.row[z + 1][y];
-    });
-  }
-
-  /// Those of a halo, and voxels with a face, an edge or a corner in common with them.
-  static BlockBits touching(const Halo& halo) {
-    return bits_of_rows([&](int y, int z) {
-      unsigned row = 0;
-      for (int dz = -1; dz <= 1; ++dz) {
-        for (int dy = -1; dy <= 1; ++dy) row |= halo.row[z + dz][y + dy];
-      }
-      return row << 1 | row | row >> 1;
-    });
-  }
-
-  static BlockBits both(const BlockBits& a, const BlockBits& b) {
-    BlockBits bits;
-    for (int z = 0; z < kBlockEdge; ++z) bits.word[z] = a.word[z] & b.word[z];
-    return bits;
-  }
 
   std::vector<Solid> solids_;
 };

@@ -1,8 +1,10 @@
 #include "mapping/fuse/place_sharing.hpp"
 
 #include <algorithm>
+#include <unordered_set>
 #include <vector>
 
+#include "mapping/fuse/block_halo.hpp"
 #include "mapping/fuse/fuser.hpp"
 #include "mapping/fuse/same_surface.hpp"
 
@@ -34,7 +36,40 @@ bool is_glimpsed(const VoxelStore& store, const Volume& volume, const BlockCoord
 struct Leaving {
   std::vector<BlockCoord> given;    ///< fill in what `into` does not know
   std::vector<BlockCoord> dropped;  ///< `into` says it all, if a little aside
+  /// Walls that lose the free space before them: given as well, for without it they are no surface.
+  std::vector<BlockCoord> copied;
 };
+
+/// The blocks that stay in `from` though the free space before most of their surface leaves, if `into` does not show it anyway.
+std::vector<BlockCoord> find_walls_left(const VoxelStore& store, const Volume& from, const Volume& into,
+                                        const Eigen::Isometry3f& T_into_from, float voxel_m, const Leaving& leaving) {
+  std::unordered_set<BlockCoord, BlockCoordHash> gone(leaving.given.begin(), leaving.given.end());
+  gone.insert(leaving.dropped.begin(), leaving.dropped.end());
+  std::unordered_set<BlockCoord, BlockCoordHash> asked;
+  std::vector<BlockCoord> walls;
+  const auto ask = [&](const BlockCoord& coord) {
+    if (gone.contains(coord) || !asked.insert(coord).second) return;
+    const BlockView view = from.view(store, coord);
+    if (view.block == nullptr) return;
+    const BlockBits occupied = occupied_bits(view);
+    const auto surface_beside = [&](bool is_gone) {
+      return both(occupied, touching(halo_of([&](std::size_t k) {
+                    const BlockCoord beside = coord + offset_around(k);
+                    return gone.contains(beside) == is_gone ? free_bits(from.view(store, beside)) : BlockBits{};
+                  })));
+    };
+    const BlockBits kept = surface_beside(false);
+    if (count_of(without(surface_beside(true), kept)) <= count_of(kept)) return;
+    if (compare_block(store, coord, view, from, into, T_into_from, voxel_m).share_same < kMinSameToDrop)
+      walls.push_back(coord);
+  };
+  for (const auto* coords : {&leaving.given, &leaving.dropped}) {
+    for (const BlockCoord& coord : *coords) {
+      for (std::size_t k = 0; k < kBlocksAround; ++k) ask(coord + offset_around(k));
+    }
+  }
+  return walls;
+}
 
 Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& into,
                      const Pose& T_into_from, double edge_m, SharingTrust trust) {
@@ -49,9 +84,9 @@ Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& 
         !is_glimpsed(store, into.volume, coord_into)) {
       const BlockAgreement agreement =
           compare_block(store, coord, view, from.volume, into.volume, T, block_m / kBlockEdge);
-      const bool is_shown = view.block != nullptr || agreement.share_known >= kMinKnownToDrop;
-      if (is_shown && agreement.share_same >= kMinSameToDrop) {
-        leaving.dropped.push_back(coord);
+      if (agreement.share_same >= kMinSameToDrop) {
+        const bool is_copy = agreement.share_known >= kMinKnownToDrop;
+        (is_copy ? leaving.dropped : leaving.given).push_back(coord);
         return;
       }
     }
@@ -73,6 +108,9 @@ Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& 
       leaving.dropped.push_back(coord);
     }
   });
+  if (trust == SharingTrust::kFull) {
+    leaving.copied = find_walls_left(store, from.volume, into.volume, T, block_m / kBlockEdge, leaving);
+  }
   return leaving;
 }
 
@@ -99,14 +137,28 @@ std::size_t move_places(const std::vector<BlockCoord>& coords, VoxelPools& pools
   return moved;
 }
 
+/// Copies blocks between volumes of one frame, as far as the pools go.
+std::size_t copy_blocks(const std::vector<BlockCoord>& coords, VoxelPools& pools, const Volume& from, Volume& to) {
+  std::size_t copied = 0;
+  for (const BlockCoord& coord : coords) {
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = to.make_place(pools, coord, &chunk);
+    Block* block = place == nullptr ? nullptr : to.make_block(pools, *chunk, *place);
+    if (block == nullptr) break;
+    *block = *from.view(pools.store, coord).block;
+    ++copied;
+  }
+  return copied;
+}
+
 std::optional<std::size_t> give(Submap& from, Submap& into, const Pose& T_into_from,
                                 const VoxelConfig& config, VoxelPools& pools, SharingTrust trust) {
-  const auto [given, dropped] =
+  const auto [given, dropped, copied] =
       find_leaving(pools.store, from, into, T_into_from, config.voxel_size_m * kBlockEdge, trust);
   if (given.empty() && dropped.empty()) return 0;
   Volume parcel;
   const std::size_t num_given = move_places(given, pools, from.volume, parcel);
-  if (num_given < given.size() ||
+  if (num_given < given.size() || copy_blocks(copied, pools, from.volume, parcel) < copied.size() ||
       !fuse_volume(parcel, T_into_from.inverse(), config, pools, into.volume, BothKnown::kKeep)) {
     // Back where it came from: the chunks are still there.
     (void)move_places({given.begin(), given.begin() + static_cast<std::ptrdiff_t>(num_given)},

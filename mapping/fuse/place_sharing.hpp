@@ -36,9 +36,10 @@ enum class SharingTrust {
 /// visit would leave walls of its own, a little aside.
 ///
 /// With full trust what is left of a few places in a chunk goes wherever it lies, if the other shows it and has more of the
-/// chunk: its index takes four times what a place does.
+/// chunk: its index takes four times what a place does. And a wall of which the other shows nothing goes along with the free
+/// space before it, as a copy: neither is a surface without the other.
 ///
-/// Since nearness decides, and not which of the two asks, a second call finds nothing more to give unless one of the
+/// Since nearness decides, and not which of the two asks, a second call finds little more to give unless one of the
 /// submaps has changed.
 /// @param T_a_b  pose of b's frame in a's: how far it can be trusted is for the caller to ask
 /// @return number of blocks that changed hands; nothing when the pools were too small, and whatever could not be given

@@ -216,6 +216,36 @@ TEST_CASE("a chunk with a few copies in it goes to the submap that has more of i
   }
 }
 
+TEST_CASE("a wall goes along with the free space before it, where nobody else shows it") {
+  TwoSubmaps s;
+  for (Submap* submap : {&s.a, &s.b}) {
+    s.add_free(*submap, {5, 0, 0});
+    s.add_free(*submap, {5, 1, 0});
+  }
+  // Before the one wall free space goes to b, before the other it stays.
+  s.add_wall(s.a, {6, 0, 0}, kBlockEdge);
+  s.add_wall(s.a, {-9, 0, 0}, kBlockEdge);
+  s.add_free(s.a, {-10, 0, 0});
+  CHECK(s.share() == 2);
+  CHECK(s.at(s.b, {5, 0, 0}) == -20);
+  CHECK(s.at(s.b, {6, 0, 0}) == 30);
+  CHECK(s.at(s.a, {5, 0, 0}) == kUnknownLogOdds);
+  CHECK(s.at(s.a, {-9, 0, 0}) == 30);
+  CHECK(s.at(s.b, {-9, 0, 0}) == kUnknownLogOdds);
+}
+
+TEST_CASE("of a glimpse, what the other does not know is given, not lost") {
+  TwoSubmaps s;
+  for (int x = -8; x < 0; ++x) s.add_wall(s.b, {x, 0, 0});
+  // a is the nearer one, has little of the chunk, and has seen free space where b knows nothing.
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = s.a.volume.make_place(s.pools, {-8, 5, 0}, &chunk);
+  s.a.volume.make_block(s.pools, *chunk, *place)->voxels[0] = -30;
+  CHECK(s.share() == 1);
+  CHECK(s.a.volume.num_chunks() == 0);
+  CHECK(s.at(s.b, {-8, 5, 0}) == -30);
+}
+
 TEST_CASE("a floor that both show takes no wall along that only one of them has") {
   TwoSubmaps s;
   s.add_wall(s.a, {5, 0, 0}, 1);
