@@ -5,6 +5,7 @@
 
 #include <doctest/doctest.h>
 
+#include "mapping/fuse/walls_for_tests.hpp"
 #include "runtime/overlap_worker.hpp"
 
 namespace cloister {
@@ -24,7 +25,7 @@ struct Scheduling {
     submap->bind(root, T_root_S);
     for (const auto& [begin, end] : x_ranges) {
       for (int x = begin; x < end; ++x) {
-        add_wall(*submap, x);
+        add_half_walls(x, map.pools(), submap->volume);
         if (x < path_end)
           submap->path.add({(static_cast<float>(x) + 0.5f) * 0.52f, 0.4f, path_z_m});
       }
@@ -32,17 +33,6 @@ struct Scheduling {
     totals.bytes.fetch_add(static_cast<std::int64_t>(submap->volume.bytes()));
     totals.count.fetch_add(1);
     return submap;
-  }
-  void add_wall(Submap& submap, int x_blocks) {
-    for (int y = 0; y < 4; ++y) {
-      for (int z = 0; z < 4; ++z) {
-        Chunk* chunk = nullptr;
-        std::uint32_t* place = submap.volume.make_place(map.pools(), {x_blocks, y, z}, &chunk);
-        Block* block = submap.volume.make_block(map.pools(), *chunk, *place);
-        for (int i = 0; i < kBlockVoxels; ++i)
-          block->voxels[i] = (i >> 3 & 7) < 4 ? LogOdds{30} : LogOdds{-30};
-      }
-    }
   }
 
   Config config;

@@ -52,15 +52,15 @@ struct Fixture {
     add_wall(*submap, x_blocks);
     return submap;
   }
-  void add_wall(Submap& submap, int x_blocks) {
-    for (int y = 0; y < 4; ++y) {
-      for (int z = 0; z < 4; ++z) {
-        Chunk* chunk = nullptr;
-        std::uint32_t* place = submap.volume.make_place(map.pools(), {x_blocks, y, z}, &chunk);
-        Block* block = submap.volume.make_block(map.pools(), *chunk, *place);
-        for (int i = 0; i < kBlockVoxels; ++i)
-          block->voxels[i] = (i >> 3 & 7) < 4 ? LogOdds{30} : LogOdds{-30};
-      }
+  void add_wall(Submap& submap, int x_blocks) { add_half_walls(x_blocks, map.pools(), submap.volume); }
+  /// Ten rows more for both, along which only `nearer` walked; `further` stays a little further from everything.
+  void walk_on(Submap& further, Submap& nearer) {
+    further.path.clear();
+    further.path.add({3.5f * 0.52f, 0.4f, 0.02f});
+    for (int x = 4; x < 14; ++x) {
+      add_wall(further, x);
+      add_wall(nearer, x);
+      nearer.path.add({(static_cast<float>(x) + 0.5f) * 0.52f, 0.4f, 0.1f});
     }
   }
   /// Everything the scheduler does until nothing is left to do. Returns the number of fusions.
@@ -390,13 +390,7 @@ TEST_CASE("what is left of a submap that left nearly all to others joins the one
     const SubmapId keeper_id = 1 - remnant_id;
     Submap* remnant = f.finished(remnant_id, 0, 3);
     Submap* keeper = f.finished(keeper_id, 9, 3);
-    remnant->path.clear();
-    remnant->path.add({3.5f * 0.52f, 0.4f, 0.02f});  // a little further from everything
-    for (int x = 4; x < 14; ++x) {
-      f.add_wall(*remnant, x);
-      f.add_wall(*keeper, x);
-      keeper->path.add({(static_cast<float>(x) + 0.5f) * 0.52f, 0.4f, 0.1f});
-    }
+    f.walk_on(*remnant, *keeper);
     f.add_wall(*remnant, 14);
     f.map.add(remnant);
     f.map.add(keeper);
@@ -439,13 +433,7 @@ TEST_CASE("a submap that continues another and was refused is done with, whateve
   Submap* keeper = f.finished(1, 9, 3);
   remnant->is_continued = true;
   keeper->continues = 0;
-  remnant->path.clear();
-  remnant->path.add({3.5f * 0.52f, 0.4f, 0.02f});
-  for (int x = 4; x < 14; ++x) {
-    f.add_wall(*remnant, x);
-    f.add_wall(*keeper, x);
-    keeper->path.add({(static_cast<float>(x) + 0.5f) * 0.52f, 0.4f, 0.1f});
-  }
+  f.walk_on(*remnant, *keeper);
   f.map.add(remnant);
   f.map.add(keeper);
   CHECK(f.settle() == 0);
@@ -471,13 +459,7 @@ TEST_CASE("what a submap still knows of its own keeps it apart, and so does a do
       f.map.set_graph(&graph);
       Submap* left = f.finished(1, 9, 3);
       Submap* keeper = f.finished(0, 0, 3);
-      left->path.clear();
-      left->path.add({3.5f * 0.52f, 0.4f, 0.02f});
-      for (int x = 4; x < 14; ++x) {
-        f.add_wall(*left, x);
-        f.add_wall(*keeper, x);
-        keeper->path.add({(static_cast<float>(x) + 0.5f) * 0.52f, 0.4f, 0.1f});
-      }
+      f.walk_on(*left, *keeper);
       for (int x = 14; x < 14 + num_own; ++x) f.add_wall(*left, x);
       f.map.add(keeper);
       f.map.add(left);

@@ -58,4 +58,16 @@ inline Volume view_of_walls(const std::vector<Wall>& walls, const Pose& T_W_S, V
   return volume;
 }
 
+/// A row of 4 x 4 blocks, each half occupied so that walls run along x.
+inline void add_half_walls(int x_blocks, VoxelPools& pools, Volume& volume) {
+  for (int y = 0; y < 4; ++y) {
+    for (int z = 0; z < 4; ++z) {
+      Chunk* chunk = nullptr;
+      std::uint32_t* place = volume.make_place(pools, {x_blocks, y, z}, &chunk);
+      Block* block = volume.make_block(pools, *chunk, *place);
+      for (int i = 0; i < kBlockVoxels; ++i) block->voxels[i] = (i >> 3 & 7) < 4 ? LogOdds{30} : LogOdds{-30};
+    }
+  }
+}
+
 }  // namespace cloister
