@@ -1,11 +1,13 @@
 #include "runtime/fusion_scheduler.hpp"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
 #include <doctest/doctest.h>
 
 #include "mapping/fuse/walls_for_tests.hpp"
+#include "mapping/graph/row_of_nodes_for_tests.hpp"
 #include "runtime/overlap_worker.hpp"
 
 namespace cloister {
@@ -48,19 +50,7 @@ struct Scheduling {
 };
 
 TEST_CASE("a remnant joins its heir in the same command, and the totals are those of the map") {
-  GraphRevision graph;
-  for (NodeId id = 0; id < 3; ++id) {
-    GraphNode node{id, {id * 1'000'000'000}, true, Pose::Identity()};
-    node.T_M_N.translation().x() = 2.0 * static_cast<double>(id);
-    graph.graph.nodes.push_back(node);
-    graph.T_O_N.emplace_back(node.T_M_N);
-  }
-  for (const auto& [from, to] : {std::pair<NodeId, NodeId>{0, 1}, {1, 2}, {0, 2}}) {
-    Pose measured = Pose::Identity();
-    measured.translation().x() = 2.0 * static_cast<double>(to - from);
-    graph.graph.edges.push_back({from, to, measured, Matrix6d::Identity() * 1e6, true});
-  }
-  graph.new_loops = {2};
+  const GraphRevision graph = with_loop(row_of_nodes(1e6, 3), 0, 2, 1e6);
 
   Scheduling s;
   // Of the twelve rows that the first one knows, one has all but the last six, and another five of those: less than makes a

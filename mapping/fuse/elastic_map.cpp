@@ -62,6 +62,14 @@ void ElasticMap::refresh(Entry& entry) {
   entry.bounds_S = known_bounds(store_, entry.submap->volume, config_.voxel.voxel_size_m);
 }
 
+void ElasticMap::give_back_leftovers(Entry& entry) {
+  if (!config_.baseline) {
+    (void)forget_wall_interiors(pools_, entry.submap->volume);
+    (void)settle_free_space(pools_, entry.submap->volume);
+  }
+  refresh(entry);
+}
+
 void ElasticMap::add(Submap* submap) {
   if (revision_ != nullptr) apply_graph(*submap, *revision_);
   Entry& entry = entries_[submap->id];
@@ -271,6 +279,8 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
   return judgement;
 }
 
+bool ElasticMap::is_certain(SubmapId a, SubmapId b) { return judge({a, b, joined_by_loop(a, b), {}}).is_accepted; }
+
 double ElasticMap::share_same_surfaces(const Submap& a, const Submap& b, const Pose& T_b_a) const {
   return compare_surfaces(store_, a.volume, b.volume, T_b_a, config_.voxel.voxel_size_m)
       .share_same();
@@ -311,9 +321,7 @@ std::size_t ElasticMap::share_places() {
   for (auto& [id, entry] : entries_) {
     if (!entry.has_shared) continue;
     entry.has_shared = false;
-    (void)forget_wall_interiors(pools_, entry.submap->volume);
-    (void)settle_free_space(pools_, entry.submap->volume);
-    refresh(entry);
+    give_back_leftovers(entry);
   }
   return moved;
 }
@@ -334,7 +342,7 @@ std::size_t ElasticMap::share_places(Entry& a, Entry& b, Sharing& sharing) {
                      oriented_box(b.bounds_S, b.submap->T_M_S)))
     return 0;
   const std::pair ids{a.submap->id, b.submap->id};
-  if (!judge({ids.first, ids.second, joined_by_loop(ids.first, ids.second), {}}).is_accepted) {
+  if (!is_certain(ids.first, ids.second)) {
     sharing.trust = SharingTrust::kUncertain;
   } else if (before != SharingTrust::kContradicted) {
     sharing.trust = share_same_surfaces(*a.submap, *b.submap, T_b_a) >= kMinSameSurface
@@ -371,7 +379,7 @@ SubmapId ElasticMap::find_heir(const Entry& remnant) {
                                               config_.voxel.voxel_size_m);
     if (share < kMinShareOfTrail || share <= best_share) continue;
     // The graph may have changed its mind since they shared.
-    if (!judge({pair.first, pair.second, joined_by_loop(pair.first, pair.second), {}}).is_accepted) continue;
+    if (!is_certain(id, other)) continue;
     heir = other;
     best_share = share;
   }
@@ -423,11 +431,7 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
 }
 
 Submap* ElasticMap::empty_into(Entry& into, SubmapId from_id) {
-  if (!config_.baseline) {
-    (void)forget_wall_interiors(pools_, into.submap->volume);
-    (void)settle_free_space(pools_, into.submap->volume);
-  }
-  refresh(into);
+  give_back_leftovers(into);
   const auto entry = entries_.find(from_id);
   Submap* from = entry->second.submap;
   std::vector<SubmapId>& merged = into.submap->merged_from;

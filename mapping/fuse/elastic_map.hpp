@@ -160,10 +160,14 @@ class ElasticMap {
   /// Ends a fusion: the submap `from_id`, which is part of `into` now, gives up its slot.
   Submap* empty_into(Entry& into, SubmapId from_id);
   [[nodiscard]] bool covered_by_loop(NodeId root_a, NodeId root_b) const;
+  /// True when the graph is as certain of the pair as a fusion needs.
+  [[nodiscard]] bool is_certain(SubmapId a, SubmapId b);
   [[nodiscard]] double share_same_surfaces(const Submap& a, const Submap& b, const Pose& T_b_a) const;
   void note_nodes(const Submap& submap);
   void note_loops(const GraphRevision& revision);
   void refresh(Entry& entry);
+  /// After a fusion or sharing (see fusion_leftovers.hpp); in baseline mode there are none.
+  void give_back_leftovers(Entry& entry);
 
   Config config_;
   VoxelStore& store_;

@@ -5,33 +5,10 @@
 #include <doctest/doctest.h>
 
 #include "mapping/fuse/walls_for_tests.hpp"
+#include "mapping/graph/row_of_nodes_for_tests.hpp"
 
 namespace cloister {
 namespace {
-
-/// Nodes 0..9 in a row, 2 m apart, with tight odometry edges.
-GraphRevision row_of_nodes(double information) {
-  GraphRevision revision;
-  for (NodeId id = 0; id < 10; ++id) {
-    GraphNode node{id, {id * 1'000'000'000}, true, Pose::Identity()};
-    node.T_M_N.translation().x() = 2.0 * static_cast<double>(id);
-    revision.graph.nodes.push_back(node);
-    revision.T_O_N.emplace_back(node.T_M_N);
-    if (id == 0) continue;
-    Pose step = Pose::Identity();
-    step.translation().x() = 2.0;
-    revision.graph.edges.push_back({id - 1, id, step, Matrix6d::Identity() * information, true});
-  }
-  return revision;
-}
-
-GraphRevision with_loop(GraphRevision revision, NodeId from, NodeId to, double information) {
-  Pose measured = Pose::Identity();
-  measured.translation().x() = 2.0 * static_cast<double>(to - from);
-  revision.new_loops = {revision.graph.edges.size()};
-  revision.graph.edges.push_back({from, to, measured, Matrix6d::Identity() * information, true});
-  return revision;
-}
 
 struct Fixture {
   explicit Fixture(const Config& settings = {})

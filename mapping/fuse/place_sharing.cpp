@@ -54,8 +54,8 @@ std::vector<BlockCoord> find_walls_left(const VoxelStore& store, const Volume& f
     const BlockBits occupied = occupied_bits(view);
     const auto surface_beside = [&](bool is_gone) {
       return both(occupied, touching(halo_of([&](std::size_t k) {
-                    const BlockCoord beside = coord + offset_around(k);
-                    return gone.contains(beside) == is_gone ? free_bits(from.view(store, beside)) : BlockBits{};
+                    const BlockCoord neighbour = coord + offset_around(k);
+                    return gone.contains(neighbour) == is_gone ? free_bits(from.view(store, neighbour)) : BlockBits{};
                   })));
     };
     const BlockBits kept = surface_beside(false);
@@ -80,10 +80,12 @@ Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& 
     const Eigen::Vector3f middle_from = (coord.cast<float>().array() + 0.5f).matrix() * block_m;
     const Eigen::Vector3f middle_into = T * middle_from;
     const BlockCoord coord_into = (middle_into / block_m).array().floor().matrix().cast<int>();
+    const auto compare = [&] {
+      return compare_block(store, coord, view, from.volume, into.volume, T, block_m / kBlockEdge);
+    };
     if (trust == SharingTrust::kFull && is_glimpsed(store, from.volume, coord) &&
         !is_glimpsed(store, into.volume, coord_into)) {
-      const BlockAgreement agreement =
-          compare_block(store, coord, view, from.volume, into.volume, T, block_m / kBlockEdge);
+      const BlockAgreement agreement = compare();
       if (agreement.share_same >= kMinSameToDrop) {
         const bool is_copy = agreement.share_known >= kMinKnownToDrop;
         (is_copy ? leaving.dropped : leaving.given).push_back(coord);
@@ -97,8 +99,7 @@ Leaving find_leaving(const VoxelStore& store, const Submap& from, const Submap& 
       leaving.dropped.push_back(coord);
       return;
     }
-    const BlockAgreement agreement =
-        compare_block(store, coord, view, from.volume, into.volume, T, block_m / kBlockEdge);
+    const BlockAgreement agreement = compare();
     const bool is_copy = agreement.share_known >= kMinKnownToDrop;
     if (trust == SharingTrust::kFull) {
       if (agreement.share_same < kMinSameToShare) return;
