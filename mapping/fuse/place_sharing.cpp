@@ -27,6 +27,11 @@ double min_ratio_to_drop(SharingTrust trust) {
 // A chunk that holds fewer places than this is a glimpse, and its index takes more than what it holds.
 constexpr std::uint32_t kMinPlacesInChunk = 8;
 
+// Of a wall that two grids cut differently, a sliver has fewer voxels than three quarters of one layer, and nearly all of
+// them must be shown by the other.
+constexpr int kMaxSliverVoxels = kBlockEdge * kBlockEdge * 3 / 4;
+constexpr double kMinShownOfSliver = 0.9;
+
 bool is_glimpsed(const VoxelStore& store, const Volume& volume, const BlockCoord& coord) {
   const PoolIndex chunk = volume.find_chunk(store, parent_coord(coord));
   return chunk == kNoIndex || store.chunk(chunk).num_known < kMinPlacesInChunk;
@@ -174,6 +179,31 @@ std::optional<std::size_t> give(Submap& from, Submap& into, const Pose& T_into_f
   return num_given + num_dropped;
 }
 
+/// @return number of blocks that lost their occupied voxels
+std::size_t forget_slivers(Submap& of, const Submap& shown_by, const Pose& T_shown_of, const VoxelConfig& config,
+                           VoxelPools& pools) {
+  const Eigen::Isometry3f T = T_shown_of.cast<float>();
+  std::vector<BlockCoord> slivers;
+  of.volume.for_each_block(pools.store, [&](const BlockCoord& coord, const BlockView& view) {
+    if (view.block == nullptr) return;
+    const int num_occupied = count_of(occupied_bits(view));
+    if (num_occupied == 0 || num_occupied >= kMaxSliverVoxels) return;
+    if (share_shown(pools.store, coord, view, shown_by.volume, T, static_cast<float>(config.voxel_size_m)) >=
+        kMinShownOfSliver)
+      slivers.push_back(coord);
+  });
+  for (const BlockCoord& coord : slivers) {
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = of.volume.make_place(pools, coord, &chunk);  // is there: it is known
+    for (LogOdds& voxel : pools.store.block(Volume::block_index(*place)).voxels) {
+      if (voxel > 0) voxel = kUnknownLogOdds;
+    }
+    (void)of.volume.settle_block(pools, *chunk, *place);
+  }
+  if (!slivers.empty()) of.volume.release_empty_chunks(pools);
+  return slivers.size();
+}
+
 }  // namespace
 
 std::optional<std::size_t> share_places(Submap& a, Submap& b, const Pose& T_a_b,
@@ -183,7 +213,9 @@ std::optional<std::size_t> share_places(Submap& a, Submap& b, const Pose& T_a_b,
   if (!from_a) return std::nullopt;
   const auto from_b = give(b, a, T_a_b, config, pools, trust);
   if (!from_b) return std::nullopt;
-  return *from_a + *from_b;
+  if (trust != SharingTrust::kFull) return *from_a + *from_b;
+  return *from_a + *from_b + forget_slivers(a, b, T_a_b.inverse(), config, pools) +
+         forget_slivers(b, a, T_a_b, config, pools);
 }
 
 }  // namespace cloister

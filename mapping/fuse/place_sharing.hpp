@@ -39,10 +39,13 @@ enum class SharingTrust {
 /// chunk: its index takes four times what a place does. And a wall of which the other shows nothing goes along with the free
 /// space before it, as a copy: neither is a surface without the other.
 ///
+/// Where the places of two grids meet that are turned against each other, both keep blocks that hold little more than an
+/// edge of the same wall. With full trust such a sliver goes, if the other shows it; the free space before it stays.
+///
 /// Since nearness decides, and not which of the two asks, a second call finds little more to give unless one of the
 /// submaps has changed.
 /// @param T_a_b  pose of b's frame in a's: how far it can be trusted is for the caller to ask
-/// @return number of blocks that changed hands; nothing when the pools were too small, and whatever could not be given
+/// @return number of blocks that changed hands or lost a sliver; nothing when the pools were too small, and whatever could not be given
 ///         is where it was
 /// Threads: one owner of both submaps and the pools. Allocates lists of the blocks concerned.
 [[nodiscard]] std::optional<std::size_t> share_places(Submap& a, Submap& b, const Pose& T_a_b,

@@ -95,7 +95,7 @@ TEST_CASE("what only one submap knows, or the other only touches, stays where it
   s.add_wall(s.a, {6, 0, 0});
   Chunk* chunk = nullptr;
   std::uint32_t* place = s.b.volume.make_place(s.pools, {6, 0, 0}, &chunk);
-  s.b.volume.make_block(s.pools, *chunk, *place)->voxels[0] = 10;
+  s.b.volume.make_block(s.pools, *chunk, *place)->voxels[7] = -10;
   CHECK(s.share() == 0);
   CHECK(s.at(s.a, {5, 0, 0}) == 30);
   CHECK(s.at(s.a, {6, 0, 0}) == 30);
@@ -258,6 +258,30 @@ TEST_CASE("a floor that both show takes no wall along that only one of them has"
   }
   CHECK(s.share(Pose::Identity(), SharingTrust::kUncertain) == 0);
   CHECK(s.a.volume.num_blocks() == 1);
+}
+
+TEST_CASE("of a wall that another grid cuts differently a sliver goes where the other shows it, and what is free stays") {
+  const auto left_of_sliver = [](int rows, int aside_vox, SharingTrust trust) {
+    TwoSubmaps s;
+    s.add_wall(s.b, {-2, 0, 0}, 1);
+    // a is nearer, but knows less than half of the place: nothing is given either way.
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = s.a.volume.make_place(s.pools, {-2, 0, 0}, &chunk);
+    Block* block = s.a.volume.make_block(s.pools, *chunk, *place);
+    for (int row = 0; row < rows; ++row) block->voxels[kBlockEdge * row] = 30;
+    for (int row = 0; row < kBlockEdge; ++row) block->voxels[kBlockEdge * row + 3] = -30;
+    const auto moved = s.share(aside(aside_vox), trust);
+    CHECK(s.a.volume.at(s.store, VoxelCoord(-2 * kBlockEdge + 3, 0, 0)) == -30);
+    CHECK(s.at(s.b, {-2, 0, 0}) == 30);
+    const bool is_left = s.at(s.a, {-2, 0, 0}) == 30;
+    CHECK(moved == (is_left ? 0u : 1u));
+    return is_left;
+  };
+  CHECK_FALSE(left_of_sliver(40, 0, SharingTrust::kFull));
+  CHECK_FALSE(left_of_sliver(40, 2, SharingTrust::kFull));
+  CHECK(left_of_sliver(40, 3, SharingTrust::kFull));
+  CHECK(left_of_sliver(48, 0, SharingTrust::kFull));
+  CHECK(left_of_sliver(40, 0, SharingTrust::kUncertain));
 }
 
 TEST_CASE("chunks in which nothing is known any more go back to the pool") {

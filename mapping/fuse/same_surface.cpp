@@ -17,6 +17,10 @@ constexpr int kSurfaceStride = 5;
 // Of a large volume so many blocks tell.
 constexpr std::size_t kMaxBlocksAsked = 4'000;
 
+VoxelCoord voxel_of_block(const BlockCoord& coord, int i) {
+  return coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
+}
+
 /// The voxel of another volume in which the middle of one lies.
 VoxelCoord voxel_under(const VoxelCoord& voxel, const Eigen::Isometry3f& T_into_from,
                        float voxel_m) {
@@ -57,8 +61,7 @@ std::optional<bool> shows_surface(const VoxelStore& store, const BlockCoord& coo
   int num_occupied = 0, num_asked = 0, num_found = 0;
   for (int i = 0; i < kBlockVoxels; ++i) {
     if (view.at(i) <= 0 || num_occupied++ % kSurfaceStride != 0) continue;
-    const VoxelCoord voxel_into = voxel_under(
-        coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6), T_into_from, voxel_m);
+    const VoxelCoord voxel_into = voxel_under(voxel_of_block(coord, i), T_into_from, voxel_m);
     const bool is_found = steps_to_occupied(store, into, voxel_into) <= kSamePlaceVox;
     num_found += is_found;
     num_asked += is_found || into.at(store, voxel_into) != kUnknownLogOdds;
@@ -99,7 +102,7 @@ BlockAgreement compare_block(const VoxelStore& store, const BlockCoord& coord,
     const bool is_asked =
         value > 0 ? num_occupied++ % kSurfaceStride == 0 : i % kSurfaceStride == 0;
     if (!is_asked) continue;
-    const VoxelCoord voxel = coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
+    const VoxelCoord voxel = voxel_of_block(coord, i);
     const VoxelCoord voxel_into = voxel_under(voxel, T_into_from, voxel_m);
     const LogOdds value_into = into.at(store, voxel_into);
     ++num_known;
@@ -113,6 +116,18 @@ BlockAgreement compare_block(const VoxelStore& store, const BlockCoord& coord,
   return {.share_same = ours.asked > 0 ? static_cast<double>(ours.near) / ours.asked : 1,
           .is_aligned = 2 * ours.adjacent >= ours.asked && 2 * theirs.adjacent >= theirs.asked,
           .share_known = num_known > 0 ? static_cast<double>(num_both) / num_known : 1};
+}
+
+double share_shown(const VoxelStore& store, const BlockCoord& coord, const BlockView& view, const Volume& into,
+                   const Eigen::Isometry3f& T_into_from, float voxel_m) {
+  int num_occupied = 0, num_shown = 0;
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    if (view.at(i) <= 0) continue;
+    ++num_occupied;
+    num_shown += steps_to_occupied(store, into, voxel_under(voxel_of_block(coord, i), T_into_from, voxel_m)) <=
+                 kSamePlaceVox;
+  }
+  return num_occupied > 0 ? static_cast<double>(num_shown) / num_occupied : 1;
 }
 
 double known_ratio(const VoxelStore& store, const BlockView& view, const Volume& into,

@@ -32,6 +32,10 @@ struct BlockAgreement {
                                            const Volume& into, const Eigen::Isometry3f& T_into_from,
                                            float voxel_m);
 
+/// Of a block's occupied voxels, the share that `into` shows within two voxels; 1 for a block without any.
+[[nodiscard]] double share_shown(const VoxelStore& store, const BlockCoord& coord, const BlockView& view,
+                                 const Volume& into, const Eigen::Isometry3f& T_into_from, float voxel_m);
+
 /// What two volumes say about the surfaces of the place that both know.
 struct SurfaceAgreement {
   int num_both = 0;  ///< blocks with surfaces of either where the other knows what is there
