@@ -1,6 +1,7 @@
 #include "mapping/fuse/elastic_map.hpp"
 
 #include <algorithm>
+#include <new>
 
 #include "mapping/fuse/fuser.hpp"
 #include "mapping/fuse/fusion_leftovers.hpp"
@@ -26,6 +27,8 @@ constexpr double kMaxShiftSigmas = 3;
 /// A remnant holds at most this share of what its submap knew, and the other at least this share of its sensor's places.
 constexpr double kMaxShareOfRemnant = 0.1;
 constexpr double kMinShareOfTrail = 0.4;
+/// Who walked no further aside than this walked the same way.
+constexpr float kMaxBesideTrailM = 2;
 
 /// True when no corner of a's bounds has moved as far as that against b.
 bool has_stayed(const Pose& T_b_a_before, const Pose& T_b_a_now, const Eigen::AlignedBox3d& bounds_a,
@@ -37,14 +40,19 @@ bool has_stayed(const Pose& T_b_a_before, const Pose& T_b_a_now, const Eigen::Al
   return true;
 }
 
+/// True when a submap knows the place at a point of its frame.
+bool knows(const VoxelStore& store, const Submap& submap, const Eigen::Vector3f& p_S, double voxel_size_m) {
+  const Eigen::Vector3f p_vox = p_S / static_cast<float>(voxel_size_m);
+  return submap.volume.at(store, p_vox.array().floor().matrix().cast<int>()) != kUnknownLogOdds;
+}
+
 /// Of the places where a submap's sensor was, the share that another one knows.
 double share_of_trail_known(const VoxelStore& store, const Submap& submap, const Submap& other,
                             double voxel_size_m) {
   const Eigen::Isometry3f T_other_S = (other.T_M_S.inverse() * submap.T_M_S).cast<float>();
   const auto points = submap.path.points();
   const auto num_known = std::count_if(points.begin(), points.end(), [&](const Eigen::Vector3f& p_S) {
-    const Eigen::Vector3f p_vox = T_other_S * p_S / static_cast<float>(voxel_size_m);
-    return other.volume.at(store, p_vox.array().floor().matrix().cast<int>()) != kUnknownLogOdds;
+    return knows(store, other, T_other_S * p_S, voxel_size_m);
   });
   return points.empty() ? 0 : static_cast<double>(num_known) / static_cast<double>(points.size());
 }
@@ -63,9 +71,13 @@ void ElasticMap::refresh(Entry& entry) {
 }
 
 void ElasticMap::give_back_leftovers(Entry& entry) {
-  if (!config_.baseline) {
-    (void)forget_wall_interiors(pools_, entry.submap->volume);
-    (void)settle_free_space(pools_, entry.submap->volume);
+  try {
+    if (!config_.baseline) {
+      (void)forget_wall_interiors(pools_, entry.submap->volume);
+      (void)settle_free_space(pools_, entry.submap->volume);
+    }
+  } catch (const std::bad_alloc&) {
+    // The map is whole without, and they are looked for again after the next fusion.
   }
   refresh(entry);
 }
@@ -421,13 +433,42 @@ Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
   const Submap& b = *entries_.at(candidate.b).submap;
   if (!fuse_volume(b.volume, T_b_a, config_.voxel, pools_, a.submap->volume)) return nullptr;
   a.submap->anchors.add(b.anchors, T_b_a);
-  a.submap->path.add(b.path, T_b_a.inverse());
+  add_trail(a, b, T_b_a.inverse());
   // Both kinds of nodes have a say in where it lies now.
   if (revision_ != nullptr) apply_graph(*a.submap, *revision_);
   ++a.num_sources;
   Submap* emptied = empty_into(a, candidate.b);
   a.num_known_whole = a.submap->volume.num_known(store_);
   return emptied;
+}
+
+void ElasticMap::add_trail(Entry& into, const Submap& from, const Pose& T_into_from) {
+  struct Neighbour {
+    const Submap* submap;
+    Eigen::Isometry3f T_neighbour_from;
+  };
+  Submap& own = *into.submap;
+  std::vector<Neighbour> neighbours;
+  for (const auto& [id, entry] : entries_) {
+    const Pair pair = std::minmax(id, own.id);
+    const auto sharing = sharings_.find(pair);
+    const auto comparison = comparisons_.find(pair);
+    if (entry.submap == &from || sharing == sharings_.end() || sharing->second.trust != SharingTrust::kFull ||
+        (comparison != comparisons_.end() && is_one_place(comparison->second)))
+      continue;
+    neighbours.push_back({entry.submap, (entry.submap->T_M_S.inverse() * own.T_M_S * T_into_from).cast<float>()});
+  }
+  const SubmapPath before = own.path;
+  for (const Eigen::Vector3f& p_from : from.path.points()) {
+    const Eigen::Vector3f p_into = T_into_from.cast<float>() * p_from;
+    const float nearer_than_m2 = std::min(before.squared_distance(p_into), kMaxBesideTrailM * kMaxBesideTrailM);
+    const bool is_of_neighbour = std::any_of(neighbours.begin(), neighbours.end(), [&](const Neighbour& neighbour) {
+      const Eigen::Vector3f p = neighbour.T_neighbour_from * p_from;
+      return neighbour.submap->path.squared_distance(p) < nearer_than_m2 &&
+             knows(store_, *neighbour.submap, p, config_.voxel.voxel_size_m);
+    });
+    if (!is_of_neighbour) own.path.add(p_into);
+  }
 }
 
 Submap* ElasticMap::empty_into(Entry& into, SubmapId from_id) {

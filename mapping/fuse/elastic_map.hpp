@@ -156,6 +156,10 @@ class ElasticMap {
   [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
   /// True when one of the two was begun only because the other had become too long.
   [[nodiscard]] bool goes_on(const Submap& a, const Submap& b) const;
+  /// Takes over the trail of a submap that is being fused, but for where a neighbour that has shared in full trust walked as
+  /// well, and nearer. A submap that was begun in one room and ended in the next overlaps both, and through its trail they
+  /// would see each other and be taken for one.
+  void add_trail(Entry& into, const Submap& from, const Pose& T_into_from);
   [[nodiscard]] SubmapId find_heir(const Entry& remnant);
   /// Ends a fusion: the submap `from_id`, which is part of `into` now, gives up its slot.
   Submap* empty_into(Entry& into, SubmapId from_id);

@@ -462,6 +462,43 @@ TEST_CASE(
   for (int visit = 4; visit < 8; ++visit) CHECK(f.map.survivor(visit) == visit - 4);
 }
 
+TEST_CASE("of a trail through two rooms each gets no more than its own part, and both stay rooms of their own") {
+  RowOfRooms f;
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&graph);
+  Submap* room = f.seen_from(0, 0, 0);
+  Submap* next_room = f.seen_from(1, 2, 1);
+  f.map.add(room);
+  f.map.add(next_room);
+  CHECK(f.settle() == 0);
+  CHECK(f.map.share_places() > 0);
+  // One more walks through both, and on where nobody was, half a metre aside.
+  Submap* across = f.seen_from(2, 0, 0);
+  for (const int other : {1, 2}) {
+    for (int x = 0; x < RowOfRooms::kRoomBlocks; ++x) f.add_wall(*across, RowOfRooms::kRoomBlocks * (other + 1) + x);
+  }
+  const float room_m = RowOfRooms::kRoomBlocks * 0.52f;
+  across->path.clear();
+  for (float x = 0.1f; x < 3.5f * room_m; x += 0.3f) across->path.add({x, 0.9f, 0.1f});
+  f.map.add(across);
+  REQUIRE(f.map.fuse({0, 2, true, {}}, Pose::Identity()) == across);
+  int num_own = 0, num_of_next = 0, num_new = 0;
+  for (const Eigen::Vector3f& p : room->path.points()) {
+    num_own += p.x() < room_m;
+    num_of_next += p.x() > room_m + 0.6f && p.x() < 2 * room_m;
+    num_new += p.x() > 2 * room_m + 2.0f;
+  }
+  CHECK(num_own > RowOfRooms::kRoomBlocks);
+  CHECK(num_of_next == 0);
+  CHECK(num_new > 0);
+  CHECK(f.settle() == 0);
+  CHECK(f.map.share_places() > 0);
+  CHECK(f.map.submaps().size() == 2);
+  const VoxelCoord in_next_room(6 * kBlockEdge, 6, 1);
+  CHECK(next_room->volume.at(f.store, in_next_room) == -30);
+  CHECK(room->volume.at(f.store, in_next_room) == kUnknownLogOdds);
+}
+
 TEST_CASE("across a wrong loop closure that admits its doubt nothing is fused or shared") {
   RowOfRooms f;
   // The chain alone knows the two to 0.9 m; the loop closure, to a metre.

@@ -33,12 +33,6 @@ class SubmapPath {
     points_[size_++] = p_S;
   }
 
-  /// Appends another submap's trail.
-  void add(const SubmapPath& other, const Pose& T_S_other) {
-    const Eigen::Isometry3f T = T_S_other.cast<float>();
-    for (std::size_t i = 0; i < other.size_; ++i) add(T * other.points_[i]);
-  }
-
   [[nodiscard]] std::span<const Eigen::Vector3f> points() const { return {points_.data(), size_}; }
 
   /// Square of how near the trail comes to a place in S, m^2; infinite for an empty trail.
