@@ -32,6 +32,10 @@ constexpr const char* kFaultyClosureSpacing = "3";
 
 struct Folders {
   fs::path home, mission, ours, baseline;
+  bool has_clouds = false;
+
+  /// What takes the gigabytes.
+  [[nodiscard]] fs::path scans() const { return mission / (has_clouds ? "individual_clouds" : "lidar.pcap"); }
 };
 
 /// What the simulator is told about the graph's faults.
@@ -69,6 +73,10 @@ Result<void> run_programs(const ExperimentOptions& options, const Folders& folde
       "--closure-spacing",
       experiment.fault == GraphFault::kNone ? kClosureSpacing : kFaultyClosureSpacing};
   for (const std::string& word : fault_words(experiment.fault)) simulate.push_back(word);
+  if (experiment.clouds) {
+    simulate.emplace_back("--clouds");
+    simulate.push_back(name_of(cloud_kind_names(), *experiment.clouds));
+  }
   if (options.minutes > 0.0) {
     simulate.emplace_back("--minutes");
     append_number(options.minutes, &simulate.emplace_back());
@@ -89,7 +97,7 @@ Result<void> run_programs(const ExperimentOptions& options, const Folders& folde
   };
   // The simulator's last act is to give the folder its name: what is there is whole.
   std::error_code error;
-  const bool has_mission = options.keep && fs::exists(folders.mission / "lidar.pcap", error);
+  const bool has_mission = options.keep && fs::exists(folders.scans(), error);
   for (const auto& [name, words] : steps) {
     if (has_mission && std::string_view(name) == "simulate") continue;
     if (const auto done = step(folders, name, words); !done) return done;
@@ -218,12 +226,10 @@ const std::map<std::string, GraphFault>& graph_fault_names() {
   return names;
 }
 
-std::string experiment_name(const std::string& world, std::uint64_t seed, GraphFault fault) {
-  std::string name = world + "_" + std::to_string(seed);
-  if (fault == GraphFault::kNone) return name;
-  for (const auto& [word, named] : graph_fault_names()) {
-    if (named == fault) name += "_" + word;
-  }
+std::string experiment_name(const Experiment& experiment) {
+  std::string name = experiment.world + "_" + std::to_string(experiment.seed);
+  if (experiment.fault != GraphFault::kNone) name += "_" + name_of(graph_fault_names(), experiment.fault);
+  if (experiment.clouds) name += "_" + name_of(cloud_kind_names(), *experiment.clouds);
   return name;
 }
 
@@ -233,17 +239,16 @@ Result<Experiment> run_experiment(const ExperimentOptions& options, const std::s
   experiment.world = world;
   experiment.seed = seed;
   experiment.fault = options.fault;
-  const fs::path home = options.out / experiment_name(world, seed, options.fault);
-  const Folders folders{home, home / "mission", home / "ours", home / "baseline"};
+  experiment.clouds = options.clouds;
+  const fs::path home = options.out / experiment_name(experiment);
+  const Folders folders{home, home / "mission", home / "ours", home / "baseline", options.clouds.has_value()};
   std::error_code error;
   fs::create_directories(home, error);
   if (error)
     return fail(ErrorKind::kResource, home.string() + ": cannot be made: " + error.message());
   const auto done = run_programs(options, folders, experiment);
-  // A capture is gigabytes, and is simulated again in less time than it takes to be missed.
-  if (!options.keep) {
-    fs::remove(folders.mission / "lidar.pcap", error);
-  }
+  // Gigabytes that are simulated again in less time than it takes to miss them.
+  if (!options.keep) fs::remove_all(folders.scans(), error);
   if (!done) return tl::unexpected(done.error());
 
   auto ours = read_replay(folders.ours);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bench/experiments/replay_figures.hpp"
+#include "bench/simulate/cloud_writer.hpp"
 
 namespace cloister {
 
@@ -34,6 +35,7 @@ struct Experiment {
   std::string world;
   std::uint64_t seed = 1;
   GraphFault fault = GraphFault::kNone;
+  std::optional<CloudKind> clouds;  ///< what the mission has in place of packets
   bool is_cut_short = false;  ///< the mission ended before its path did
 
   ReplayFigures ours;
@@ -61,17 +63,25 @@ struct Experiment {
   [[nodiscard]] std::vector<std::int64_t> round_bytes() const;
 };
 
-/// The folder of an experiment: WORLD_SEED, or WORLD_SEED_FAULT.
-[[nodiscard]] std::string experiment_name(const std::string& world, std::uint64_t seed,
-                                          GraphFault fault);
+/// The folder of an experiment: WORLD_SEED[_FAULT][_CLOUDS].
+[[nodiscard]] std::string experiment_name(const Experiment& experiment);
+/// The name of one of a map's values.
+template <typename Value>
+[[nodiscard]] std::string name_of(const std::map<std::string, Value>& names, Value value) {
+  for (const auto& [name, named] : names) {
+    if (named == value) return name;
+  }
+  return {};
+}
 
 /// What to run, and where.
 struct ExperimentOptions {
-  std::filesystem::path out;       ///< gets WORLD_SEED[_FAULT]/{mission,ours,baseline}
+  std::filesystem::path out;       ///< gets WORLD_SEED[_FAULT][_CLOUDS]/{mission,ours,baseline}
   std::filesystem::path programs;  ///< folder of the programs
   double minutes = 0.0;            ///< missions end there; 0 = at the end of their paths
   GraphFault fault = GraphFault::kNone;
-  bool keep = false;  ///< keep the missions' packets, and use those that are there
+  std::optional<CloudKind> clouds;
+  bool keep = false;  ///< keep the missions' packets or clouds, and use those that are there
 };
 
 /// Simulates a mission, replays it twice and judges what is left. Says what it does on stderr.

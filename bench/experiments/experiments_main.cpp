@@ -66,7 +66,7 @@ Result<void> write_results(const Options& options, const std::vector<Experiment>
   const std::string csv = format_csv(experiments, provenance);
   const std::string plot = growth_plot_svg(experiments.back());
   const Experiment& e = experiments.back();
-  const std::string name = experiment_name(e.world, e.seed, e.fault);
+  const std::string name = experiment_name(e);
   if (const auto done = write_text(options.experiment.out / "experiments.csv", csv); !done)
     return done;
   if (const auto done = write_text(options.experiment.out / (name + "_memory.svg"), plot); !done)
@@ -75,7 +75,7 @@ Result<void> write_results(const Options& options, const std::vector<Experiment>
   std::error_code error;
   fs::create_directories(options.results, error);
   if (const auto done = write_text(options.results / "experiments.csv", csv); !done) return done;
-  if (e.seed != options.seeds.front() || e.fault != GraphFault::kNone) return {};
+  if (e.seed != options.seeds.front() || e.fault != GraphFault::kNone || e.clouds) return {};
   // Rooms coloured by submap, storey by storey, as the replay drew them.
   const std::string plan = read_text(options.experiment.out / name / "ours" / "plan.svg");
   if (!plan.empty()) {
@@ -118,7 +118,7 @@ Result<void> run_all(const Options& options) {
       std::fflush(stdout);
       for (const Line& line : lines) {
         if (!line.verdict.starts_with("FAIL")) continue;
-        failures.push_back(line.verdict + " " + experiment_name(world, seed, each.fault) + ": " +
+        failures.push_back(line.verdict + " " + experiment_name(*experiment) + ": " +
                            line.what + " " + line.ours + ", limit " + line.limit);
       }
       experiments.push_back(std::move(*experiment));
@@ -151,12 +151,16 @@ int run(int argc, char** argv) {
                  "none; doubted-closures or wrong-closures (one loop closure in twenty, admitting "
                  "its doubt or not); late-shift (old nodes move by a metre, late)")
       ->transform(CLI::CheckedTransformer(graph_fault_names()));
+  app.add_option("--clouds", options.experiment.clouds,
+                 "missions of one cloud a graph node and no odometry, not of packets: scans (the last revolution) or "
+                 "gathered (every fourth beam since the node before)")
+      ->transform(CLI::CheckedTransformer(cloud_kind_names()));
   app.add_option("--minutes", options.experiment.minutes,
                  "end missions there (default: at the end of their paths)")
       ->check(CLI::PositiveNumber);
   app.add_flag("--quick", options.quick, "one seed, and the first four minutes of the campus");
   app.add_flag("--keep", options.experiment.keep,
-               "keep the missions' packets, gigabytes each, and use those that are there already "
+               "keep the missions' packets or clouds, gigabytes each, and use those that are there already "
                "(of whatever length they are)");
   app.add_option("--results", options.results,
                  "also write experiments.csv, WORLD_memory.svg and WORLD_plan.svg here");

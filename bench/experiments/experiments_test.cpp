@@ -251,7 +251,9 @@ TEST_CASE("what is fused across a wrong loop closure that admits its doubt is a 
   CHECK(verdict(e, "fused across one") == "FAIL");
   e.fused_across = 0;
   CHECK(verdict(e, "fused across one") == "PASS");
-  CHECK(experiment_name(e.world, e.seed, e.fault) == "small-rooms_1_doubted-closures");
+  CHECK(experiment_name(e) == "small-rooms_1_doubted-closures");
+  e.clouds = CloudKind::kGathered;
+  CHECK(experiment_name(e) == "small-rooms_1_doubted-closures_gathered");
 }
 
 TEST_CASE("the results file has as many cells in every row as in its head") {

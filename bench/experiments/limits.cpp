@@ -199,7 +199,7 @@ std::vector<Line> judge_lines(const Experiment& experiment) {
 
 std::string format_table(const Experiment& e, const std::vector<Line>& lines) {
   std::string table =
-      text("%s: %lld scans, %.0f s, %.0f m%s\n", experiment_name(e.world, e.seed, e.fault).c_str(),
+      text("%s: %lld scans, %.0f s, %.0f m%s\n", experiment_name(e).c_str(),
            static_cast<long long>(e.ours.scans), e.ours.duration_s, e.ours.travel_m,
            e.is_cut_short ? ", cut short" : "");
   table += text("  %-28s %26s %20s  %-15s\n", "", "ours", "baseline", "limit");
@@ -233,9 +233,8 @@ std::string format_csv(const std::vector<Experiment>& experiments, const Provena
     };
     cell("world", e.world);
     cell("seed", std::to_string(e.seed));
-    for (const auto& [word, fault] : graph_fault_names()) {
-      if (fault == e.fault) cell("graph_fault", word);
-    }
+    cell("graph_fault", name_of(graph_fault_names(), e.fault));
+    cell("clouds", e.clouds ? name_of(cloud_kind_names(), *e.clouds) : "none");
     whole("cut_short", e.is_cut_short ? 1 : 0);
     for (const auto& [prefix, r] :
          {std::pair<std::string, const ReplayFigures*>{"", &e.ours}, {"baseline_", &e.baseline}}) {

@@ -55,7 +55,7 @@ class PendingDirectory {
 
   [[nodiscard]] const fs::path& path() const { return pending_; }
 
-  Result<void> create() {
+  Result<void> create(bool with_clouds) {
     std::error_code error;
     if (fs::exists(final_, error)) {
       const bool is_empty = fs::is_directory(final_, error) && fs::is_empty(final_, error);
@@ -67,6 +67,7 @@ class PendingDirectory {
     }
     fs::create_directories(pending_ / "pose_graph", error);
     if (!error) fs::create_directories(pending_ / "ground_truth", error);
+    if (!error && with_clouds) fs::create_directories(pending_ / "individual_clouds", error);
     if (error)
       return fail(ErrorKind::kResource, pending_.string() + ": cannot be made: " + error.message());
     return {};
@@ -131,44 +132,60 @@ class ScanRecorder {
   SensorTime start_;
 };
 
-/// Records scans in batches on several threads and appends them in order. @return scans written
-Result<std::uint64_t> write_pcap(const fs::path& path, const ScanRecorder& recorder,
-                                 std::uint64_t scans, int threads,
-                                 const std::atomic<bool>& interrupted, const Progress& progress) {
-  std::ofstream stream(path, std::ios::binary);
-  std::vector<std::uint8_t> header;
-  append_pcap_header(&header);
-  stream.write(reinterpret_cast<const char*>(header.data()),
-               static_cast<std::streamsize>(header.size()));
-  std::vector<std::vector<std::uint8_t>> batch(kScansPerBatch);
+/// Which scans to simulate, and how.
+struct ScanRun {
+  std::uint64_t scans = 0;
+  int threads = 1;
+  const std::atomic<bool>& interrupted;
+  const Progress& progress;
+};
+
+/// Records scans in batches on several threads and hands them over in order.
+/// @param record(scan, Recording*) from any thread @param take(const Recording&) gives a Result<void>
+/// @return scans done
+template <typename Recording, typename Record, typename Take>
+Result<std::uint64_t> run_scans(const ScanRun& run, Record&& record, Take&& take) {
+  std::vector<Recording> batch(kScansPerBatch);
   std::uint64_t done = 0;
-  while (done < scans && !interrupted.load(std::memory_order_relaxed)) {
-    const std::uint64_t count = std::min(kScansPerBatch, scans - done);
+  while (done < run.scans && !run.interrupted.load(std::memory_order_relaxed)) {
+    const std::uint64_t count = std::min(kScansPerBatch, run.scans - done);
     std::atomic<std::uint64_t> next{0};
     const auto work = [&]() {
       // Only the number matters; the results are handed over by join().
       for (std::uint64_t k = next.fetch_add(1, std::memory_order_relaxed); k < count;
            k = next.fetch_add(1, std::memory_order_relaxed)) {
-        recorder.record(done + k, &batch[k]);
+        record(done + k, &batch[k]);
       }
     };
     std::vector<std::thread> helpers;
-    for (int k = 1; k < threads; ++k) helpers.emplace_back(work);
+    for (int k = 1; k < run.threads; ++k) helpers.emplace_back(work);
     work();
     for (std::thread& helper : helpers) helper.join();
     for (std::uint64_t k = 0; k < count; ++k) {
-      stream.write(reinterpret_cast<const char*>(batch[k].data()),
-                   static_cast<std::streamsize>(batch[k].size()));
-    }
-    if (!stream) {
-      return fail(ErrorKind::kResource, path.string() + ": cannot be written: " +
-                                            std::strerror(errno) + ": free some space");
+      if (const auto taken = take(batch[k]); !taken) return tl::unexpected(taken.error());
     }
     done += count;
-    progress(done, scans);
+    run.progress(done, run.scans);
   }
+  return done;
+}
+
+Result<std::uint64_t> write_pcap(const fs::path& path, const ScanRecorder& recorder, const ScanRun& run) {
+  using Bytes = std::vector<std::uint8_t>;
+  std::ofstream stream(path, std::ios::binary);
+  const auto write = [&](const Bytes& bytes) -> Result<void> {
+    stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    if (stream) return {};
+    return fail(ErrorKind::kResource,
+                path.string() + ": cannot be written: " + std::strerror(errno) + ": free some space");
+  };
+  Bytes header;
+  append_pcap_header(&header);
+  if (const auto written = write(header); !written) return tl::unexpected(written.error());
+  auto done = run_scans<Bytes>(
+      run, [&](std::uint64_t scan, Bytes* made) { recorder.record(scan, made); }, write);
   stream.close();
-  if (!stream)
+  if (done && !stream)
     return fail(ErrorKind::kResource, path.string() + ": cannot be written: free some space");
   return done;
 }
@@ -197,11 +214,17 @@ std::string format_mission(const World& world, const MissionOptions& options) {
                                           {"world", world.name},
                                           {"seed", options.seed},
                                           {"sensor", options.sensor.prod_line + " (simulated)"},
-                                          {"variant", "pcap"},
+                                          {"variant", options.clouds ? "individual_clouds" : "pcap"},
                                           {"profile", "LEGACY"},
                                           {"pose_frame", "sensor"}};
   return mission.dump(2) + "\n";
 }
+
+/// What the robot makes of its way.
+struct Estimate {
+  Trajectory odometry;  ///< T_O_L
+  SlamRun slam;
+};
 
 double length_of(const Trajectory& trajectory) {
   double length = 0.0;
@@ -230,7 +253,7 @@ Result<MissionSummary> write_mission(const World& world, Trajectory truth,
   PendingDirectory directory(out.filename().empty() ? out.parent_path() : out);
   auto scene = RayScene::build(world.mesh);
   if (!scene) return tl::unexpected(scene.error());
-  if (auto made = directory.create(); !made) return tl::unexpected(made.error());
+  if (auto made = directory.create(options.clouds.has_value()); !made) return tl::unexpected(made.error());
   const fs::path& root = directory.path();
 
   const std::int64_t period_ns = 1'000'000'000 / options.sensor.rate_hz;
@@ -240,26 +263,47 @@ Result<MissionSummary> write_mission(const World& world, Trajectory truth,
     motion_ns = std::min(motion_ns, Duration::from_seconds(options.max_minutes * 60.0).ns);
   }
   const auto planned = static_cast<std::uint64_t>(std::max<std::int64_t>(1, motion_ns / period_ns));
-  const ScanSimulator simulator(options.sensor, world.mesh, *scene, options.seed);
-  const auto scans = write_pcap(root / "lidar.pcap", ScanRecorder(simulator, truth, first_column),
-                                planned, options.threads, interrupted, progress);
-  if (!scans) return tl::unexpected(scans.error());
-
-  truth.cut_after(first_column + Duration{static_cast<std::int64_t>(*scans) * period_ns} +
-                  kAfterLastScan);
-  const Trajectory odometry = corrupt(truth, options.drift, options.seed);
-  const LineOfSight line_of_sight = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-    return scene->line_of_sight(a.cast<float>(), b.cast<float>());
+  const auto end_after = [&](std::uint64_t scans) {
+    truth.cut_after(first_column + Duration{static_cast<std::int64_t>(scans) * period_ns} + kAfterLastScan);
   };
-  const SlamRun slam =
-      run_slam(truth, odometry, options.drift, options.slam, line_of_sight, options.seed);
+  const auto estimate = [&]() {
+    const LineOfSight line_of_sight = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+      return scene->line_of_sight(a.cast<float>(), b.cast<float>());
+    };
+    Estimate made{corrupt(truth, options.drift, options.seed), {}};
+    made.slam = run_slam(truth, made.odometry, options.drift, options.slam, line_of_sight, options.seed);
+    return made;
+  };
+  end_after(planned);
+  Estimate estimated = estimate();
 
-  Result<void> written = write_text(root / "metadata.json", format_metadata(options.sensor));
+  const ScanSimulator simulator(options.sensor, world.mesh, *scene, options.seed);
+  const ScanRun run{planned, options.threads, interrupted, progress};
+  Result<std::uint64_t> scans;
+  if (options.clouds) {
+    CloudWriter writer(simulator, *options.clouds, truth, estimated.odometry, estimated.slam.node_stamps,
+                       first_column, root / "individual_clouds");
+    scans = run_scans<CloudWriter::Revolution>(
+        run, [&](std::uint64_t scan, CloudWriter::Revolution* made) { writer.record(scan, made); },
+        [&](const CloudWriter::Revolution& revolution) { return writer.take(revolution); });
+  } else {
+    scans = write_pcap(root / "lidar.pcap", ScanRecorder(simulator, truth, first_column), run);
+  }
+  if (!scans) return tl::unexpected(scans.error());
+  if (*scans < planned) {
+    end_after(*scans);
+    estimated = estimate();
+  }
+  const auto& [odometry, slam] = estimated;
+
+  Result<void> written = write_text(root / "mission.json", format_mission(world, options));
   const auto then = [&](const fs::path& path, const std::string& text) {
     if (written) written = write_text(path, text);
   };
-  then(root / "mission.json", format_mission(world, options));
-  then(root / "odometry.tum", format_tum(odometry));
+  if (!options.clouds) {
+    then(root / "metadata.json", format_metadata(options.sensor));
+    then(root / "odometry.tum", format_tum(odometry));
+  }
   then(root / "ground_truth" / "trajectory.tum", format_tum(truth));
   then(root / "ground_truth" / "rooms.json", format_rooms(world));
   if (!slam.wrong_closures.empty())

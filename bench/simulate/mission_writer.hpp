@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 
+#include "bench/simulate/cloud_writer.hpp"
 #include "bench/simulate/odometry.hpp"
 #include "bench/simulate/sensor_model.hpp"
 #include "bench/simulate/slam_standin.hpp"
@@ -22,6 +24,7 @@ struct MissionOptions {
   SensorModel sensor;
   DriftConfig drift;
   SlamConfig slam;
+  std::optional<CloudKind> clouds;  ///< in place of packets, metadata and odometry
 };
 
 /// What was written.

@@ -1,13 +1,19 @@
 #include "bench/simulate/scan_simulator.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <numbers>
+#include <tuple>
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
 #include "bench/simulate/box_solid.hpp"
+#include "bench/simulate/cloud_writer.hpp"
 
 namespace cloister {
 namespace {
@@ -186,6 +192,58 @@ TEST_CASE("the metadata is flat, complete and lists every beam") {
   CHECK(altitudes.front() > 44.0);
   CHECK(altitudes.back() < -44.0);
   CHECK_FALSE(make_sensor("os9"));
+}
+
+std::vector<Eigen::Vector3d> read_cloud(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::string line;
+  while (std::getline(stream, line) && line != "DATA binary") {
+  }
+  std::vector<Eigen::Vector3d> points;
+  Eigen::Vector3f p;
+  while (stream.read(reinterpret_cast<char*>(p.data()), 3 * sizeof(float))) points.push_back(p.cast<double>());
+  return points;
+}
+
+TEST_CASE("a node's cloud lies in the sensor's frame at that node, and holds what it should of what was seen") {
+  const TriangleMesh mesh = make_room();
+  const auto scene = RayScene::build(mesh);
+  REQUIRE(scene);
+  const SensorModel sensor = exact_sensor("os0-64");
+  const ScanSimulator simulator(sensor, mesh, *scene, 1);
+  Trajectory truth{kStart, Duration{10'000'000}, {}};
+  for (int k = 0; k <= 100; ++k)
+    truth.poses.push_back(make_pose({2.0 + 0.02 * k, 2.5, 1.2},
+                                    Eigen::Quaterniond(Eigen::AngleAxisd(0.02 * k, Eigen::Vector3d::UnitZ()))));
+  // The first node is there before the first scan, the last one after the last.
+  const std::vector<SensorTime> nodes = {kStart, {kStart.ns + 350'000'000}, {kStart.ns + 750'000'000},
+                                         {kStart.ns + 990'000'000}};
+  const auto folder = std::filesystem::temp_directory_path() / ("cloister-clouds-" + std::to_string(getpid()));
+  const auto all_of = [&](int scans_in_tenths, int stride) { return 1024 * 64 / stride * scans_in_tenths / 10; };
+  for (const auto& [kind, first, second] :
+       {std::tuple{CloudKind::kScans, all_of(10, 1), all_of(10, 1)}, {CloudKind::kGathered, all_of(25, 4), all_of(40, 4)}}) {
+    std::filesystem::create_directories(folder);
+    CloudWriter writer(simulator, kind, truth, truth, nodes, SensorTime{kStart.ns + 100'000'000}, folder);
+    CloudWriter::Revolution revolution;
+    for (std::uint64_t scan = 0; scan < 8; ++scan) {
+      writer.record(scan, &revolution);
+      REQUIRE(writer.take(revolution).has_value());
+    }
+    const auto entries = std::filesystem::directory_iterator(folder);
+    CHECK(std::distance(begin(entries), end(entries)) == 2);
+    for (const auto& [node, expected] : {std::pair{1U, first}, {2U, second}}) {
+      const std::string name =
+          "cloud_1700000000_" + std::to_string((nodes[node].ns - kStart.ns) % 1'000'000'000) + ".pcd";
+      const auto points_L = read_cloud(folder / name);
+      // Nearly all beams meet a wall.
+      CHECK(static_cast<double>(points_L.size()) == doctest::Approx(expected).epsilon(0.03));
+      double worst = 0.0;
+      for (const Eigen::Vector3d& p_L : points_L)
+        worst = std::max(worst, distance_to_room(truth.at(nodes[node]) * p_L));
+      CHECK(worst < 2e-3);
+    }
+    std::filesystem::remove_all(folder);
+  }
 }
 
 }  // namespace

@@ -91,6 +91,10 @@ void declare(CommandLine* line, CLI::App* app) {
          "--late-shift-m", line->mission.slam.late_shift_m,
          "metres by which the optimiser moves the old half of the nodes late in the mission")
       ->check(CLI::Range(0.0, 20.0));
+  app->add_option("--clouds", line->mission.clouds,
+                  "one cloud a graph node, in place of packets and odometry: scans (the last revolution), or gathered "
+                  "(every fourth beam since the node before)")
+      ->transform(CLI::CheckedTransformer(cloud_kind_names()));
   app->add_option("--threads", line->mission.threads, "threads to simulate on (default: all)")
       ->check(CLI::Range(1, 256));
   app->add_flag("--progress", line->progress, "print progress even when stderr is not a terminal");

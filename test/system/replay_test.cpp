@@ -133,5 +133,24 @@ TEST_CASE("clouds with a graph and nothing else replay one cloud a node" *
   CHECK(submaps[0]["nodes"].size() == 14);
 }
 
+TEST_CASE("a house of which only clouds and a graph are known comes out room by room" * doctest::test_suite("slow")) {
+  for (const auto& [kind, least_rand_index] : {std::pair{"scans", 0.9}, {"gathered", 0.7}}) {
+    CAPTURE(kind);
+    const TemporaryFolder folder;
+    const std::string mission = (folder.path() / "mission").string();
+    REQUIRE(run_program(CLOISTER_SIMULATE_PROGRAM,
+                        "house --seed 5 --columns 512 --out " + mission + " --clouds " + kind)
+                .exit_status == 0);
+    const auto out = folder.path() / "out";
+    REQUIRE(replay(mission, out).exit_status == 0);
+    const auto summary = read_json(out / "summary.json");
+    CHECK(summary["scans"]["integrated"].get<int>() > 60);
+    CHECK(summary["scans"]["dropped"] == 0);
+    const auto figures = compare_with_truth(mission, out);
+    CHECK(figures["rooms"]["adjusted_rand_index"].get<double>() >= least_rand_index);
+    CHECK(figures["mesh"]["within_10cm"].get<double>() >= 0.95);
+  }
+}
+
 }  // namespace
 }  // namespace cloister
