@@ -94,7 +94,9 @@ class ElasticMap {
   /// can be told apart by their overlap, and what is shared counts no more.
   /// @return number of blocks that changed hands
   [[nodiscard]] std::size_t share_places();
-  /// Makes b part of a: a keeps its id, its slot and its frame.
+  /// Makes b part of a: a keeps its id, its slot and its frame, and takes over b's trail, but for where a neighbour that has
+  /// shared in full trust walked as well, and nearer. A submap that was begun in one room and ended in the next overlaps both,
+  /// and through its trail they would see each other and be taken for one.
   /// @param T_b_a  pose of a's frame in b's
   /// @return b's slot, emptied, or null (nothing changed) when the pools are too small
   [[nodiscard]] Submap* fuse(const FusionCandidate& candidate, const Pose& T_b_a);
@@ -156,9 +158,6 @@ class ElasticMap {
   [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
   /// True when one of the two was begun only because the other had become too long.
   [[nodiscard]] bool goes_on(const Submap& a, const Submap& b) const;
-  /// Takes over the trail of a submap that is being fused, but for where a neighbour that has shared in full trust walked as
-  /// well, and nearer. A submap that was begun in one room and ended in the next overlaps both, and through its trail they
-  /// would see each other and be taken for one.
   void add_trail(Entry& into, const Submap& from, const Pose& T_into_from);
   [[nodiscard]] SubmapId find_heir(const Entry& remnant);
   /// Ends a fusion: the submap `from_id`, which is part of `into` now, gives up its slot.
