@@ -27,6 +27,8 @@ constexpr double kMaxShiftSigmas = 3;
 /// A remnant holds at most this share of what its submap knew, and the other at least this share of its sensor's places.
 constexpr double kMaxShareOfRemnant = 0.1;
 constexpr double kMinShareOfTrail = 0.4;
+/// Blocks that lie on M's to a voxel, or nearly, are left where they are.
+constexpr double kMinOffGridVox = 2;
 /// Who walked no further aside than this walked the same way.
 constexpr float kMaxBesideTrailM = 2;
 
@@ -293,6 +295,11 @@ Judgement ElasticMap::judge(const FusionCandidate& candidate) {
 
 bool ElasticMap::is_certain(SubmapId a, SubmapId b) { return judge({a, b, joined_by_loop(a, b), {}}).is_accepted; }
 
+bool ElasticMap::is_trusted(SubmapId a, SubmapId b) {
+  const auto sharing = sharings_.find(std::minmax(a, b));
+  return sharing != sharings_.end() && sharing->second.trust == SharingTrust::kFull && is_certain(a, b);
+}
+
 double ElasticMap::share_same_surfaces(const Submap& a, const Submap& b, const Pose& T_b_a) const {
   return compare_surfaces(store_, a.volume, b.volume, T_b_a, config_.voxel.voxel_size_m)
       .share_same();
@@ -383,15 +390,11 @@ SubmapId ElasticMap::find_heir(const Entry& remnant) {
   double best_share = 0;
   for (const auto& [other, entry] : entries_) {
     const Pair pair = std::minmax(id, other);
-    const auto sharing = sharings_.find(pair);
-    if (sharing == sharings_.end() || sharing->second.trust != SharingTrust::kFull ||
-        !have_shared(pair.first, pair.second))
-      continue;
+    if (!have_shared(pair.first, pair.second)) continue;
     const double share = share_of_trail_known(store_, *remnant.submap, *entry.submap,
                                               config_.voxel.voxel_size_m);
     if (share < kMinShareOfTrail || share <= best_share) continue;
-    // The graph may have changed its mind since they shared.
-    if (!is_certain(id, other)) continue;
+    if (!is_trusted(id, other)) continue;
     heir = other;
     best_share = share;
   }
@@ -431,44 +434,65 @@ Submap* ElasticMap::absorb(const FusionCandidate& remnant) {
 Submap* ElasticMap::fuse(const FusionCandidate& candidate, const Pose& T_b_a) {
   Entry& a = entries_.at(candidate.a);
   const Submap& b = *entries_.at(candidate.b).submap;
+  const std::vector<const Submap*> neighbours = find_neighbours(candidate.a);
   if (!fuse_volume(b.volume, T_b_a, config_.voxel, pools_, a.submap->volume)) return nullptr;
   a.submap->anchors.add(b.anchors, T_b_a);
-  add_trail(a, b, T_b_a.inverse());
+  add_trail(*a.submap, b, T_b_a.inverse(), neighbours);
   // Both kinds of nodes have a say in where it lies now.
   if (revision_ != nullptr) apply_graph(*a.submap, *revision_);
   ++a.num_sources;
+  lay_on_grid(*a.submap);
   Submap* emptied = empty_into(a, candidate.b);
   a.num_known_whole = a.submap->volume.num_known(store_);
   return emptied;
 }
 
-void ElasticMap::add_trail(Entry& into, const Submap& from, const Pose& T_into_from) {
-  struct Neighbour {
-    const Submap* submap;
-    Eigen::Isometry3f T_neighbour_from;
-  };
-  Submap& own = *into.submap;
-  std::vector<Neighbour> neighbours;
+std::vector<const Submap*> ElasticMap::find_neighbours(SubmapId of) {
+  std::vector<const Submap*> neighbours;
   for (const auto& [id, entry] : entries_) {
-    const Pair pair = std::minmax(id, own.id);
-    const auto sharing = sharings_.find(pair);
-    const auto comparison = comparisons_.find(pair);
-    if (entry.submap == &from || sharing == sharings_.end() || sharing->second.trust != SharingTrust::kFull ||
-        (comparison != comparisons_.end() && is_one_place(comparison->second)))
-      continue;
-    neighbours.push_back({entry.submap, (entry.submap->T_M_S.inverse() * own.T_M_S * T_into_from).cast<float>()});
+    if (id == of) continue;
+    const auto comparison = comparisons_.find(std::minmax(id, of));
+    if (comparison != comparisons_.end() && is_one_place(comparison->second)) continue;
+    if (is_trusted(id, of)) neighbours.push_back(entry.submap);
   }
-  const SubmapPath before = own.path;
+  return neighbours;
+}
+
+void ElasticMap::add_trail(Submap& into, const Submap& from, const Pose& T_into_from,
+                           const std::vector<const Submap*>& neighbours) const {
+  const SubmapPath before = into.path;
   for (const Eigen::Vector3f& p_from : from.path.points()) {
     const Eigen::Vector3f p_into = T_into_from.cast<float>() * p_from;
     const float nearer_than_m2 = std::min(before.squared_distance(p_into), kMaxBesideTrailM * kMaxBesideTrailM);
-    const bool is_of_neighbour = std::any_of(neighbours.begin(), neighbours.end(), [&](const Neighbour& neighbour) {
-      const Eigen::Vector3f p = neighbour.T_neighbour_from * p_from;
-      return neighbour.submap->path.squared_distance(p) < nearer_than_m2 &&
-             knows(store_, *neighbour.submap, p, config_.voxel.voxel_size_m);
+    const bool is_of_neighbour = std::any_of(neighbours.begin(), neighbours.end(), [&](const Submap* neighbour) {
+      const Eigen::Vector3f p = (neighbour->T_M_S.inverse() * into.T_M_S).cast<float>() * p_into;
+      return neighbour != &from && neighbour->path.squared_distance(p) < nearer_than_m2 &&
+             knows(store_, *neighbour, p, config_.voxel.voxel_size_m);
     });
-    if (!is_of_neighbour) own.path.add(p_into);
+    if (!is_of_neighbour) into.path.add(p_into);
   }
+}
+
+void ElasticMap::lay_on_grid(Submap& submap) {
+  if (config_.baseline) return;
+  const double voxel_m = config_.voxel.voxel_size_m;
+  const double block_m = voxel_m * kBlockEdge;
+  const Eigen::Vector3d middle_S = known_bounds(store_, submap.volume, voxel_m).center();
+  const Eigen::Vector3d corner_M = submap.T_M_S * ((middle_S / block_m).array().round().matrix() * block_m);
+  const Eigen::Vector3d off_M = corner_M - (corner_M / block_m).array().round().matrix() * block_m;
+  const Eigen::Vector3d off_vox = (submap.T_M_S.linear().transpose() * off_M / voxel_m).array().round();
+  if (!(off_vox.cwiseAbs().maxCoeff() >= kMinOffGridVox)) return;
+  Pose T_S_laid = Pose::Identity();
+  T_S_laid.translation() = -voxel_m * off_vox;
+  Volume laid;
+  try {
+    if (!fuse_volume(submap.volume, T_S_laid, config_.voxel, pools_, laid)) return;
+  } catch (const std::bad_alloc&) {
+    return;  // before anything was written: it stays where it is
+  }
+  submap.volume.swap(laid);
+  laid.clear(pools_);
+  submap.move_frame(T_S_laid);
 }
 
 Submap* ElasticMap::empty_into(Entry& into, SubmapId from_id) {

@@ -92,11 +92,12 @@ class ElasticMap {
   /// surfaces of their place alike, else only copies, glimpses and second views go, unless they wait to be fused. Pairs of
   /// which neither has taken up scans since are passed over, and so is what another submap will continue: only whole places
   /// can be told apart by their overlap, and what is shared counts no more.
-  /// @return number of blocks that changed hands
+  /// @return number of blocks that changed hands or lost a sliver
   [[nodiscard]] std::size_t share_places();
-  /// Makes b part of a: a keeps its id, its slot and its frame, and takes over b's trail, but for where a neighbour that has
-  /// shared in full trust walked as well, and nearer. A submap that was begun in one room and ended in the next overlaps both,
-  /// and through its trail they would see each other and be taken for one.
+  /// Makes b part of a: a keeps its id, its slot and its frame, but for whole voxels by which its blocks are laid on M's
+  /// anew. It takes over b's trail, but for where a neighbour with which it has shared in full trust knows the place and
+  /// walked, within 2 m, nearer than a itself: a submap that was begun in one room and ended in the next overlaps both, and
+  /// through its trail they would see each other and be taken for one.
   /// @param T_b_a  pose of a's frame in b's
   /// @return b's slot, emptied, or null (nothing changed) when the pools are too small
   [[nodiscard]] Submap* fuse(const FusionCandidate& candidate, const Pose& T_b_a);
@@ -158,7 +159,15 @@ class ElasticMap {
   [[nodiscard]] bool is_one_place(const Comparison& comparison) const;
   /// True when one of the two was begun only because the other had become too long.
   [[nodiscard]] bool goes_on(const Submap& a, const Submap& b) const;
-  void add_trail(Entry& into, const Submap& from, const Pose& T_into_from);
+  /// True when the two have shared in full trust, and the graph has not changed its mind since.
+  [[nodiscard]] bool is_trusted(SubmapId a, SubmapId b);
+  /// The submaps that are trusted against one and are no part of its place.
+  [[nodiscard]] std::vector<const Submap*> find_neighbours(SubmapId of);
+  void add_trail(Submap& into, const Submap& from, const Pose& T_into_from,
+                 const std::vector<const Submap*>& neighbours) const;
+  /// Moves a submap's blocks by whole voxels, so that in its middle they lie on M's, if there is memory for it: corrections
+  /// turn and shift grids against each other, and along the borders of those that differ walls are held twice.
+  void lay_on_grid(Submap& submap);
   [[nodiscard]] SubmapId find_heir(const Entry& remnant);
   /// Ends a fusion: the submap `from_id`, which is part of `into` now, gives up its slot.
   Submap* empty_into(Entry& into, SubmapId from_id);

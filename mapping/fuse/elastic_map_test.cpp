@@ -462,6 +462,39 @@ TEST_CASE(
   for (int visit = 4; visit < 8; ++visit) CHECK(f.map.survivor(visit) == visit - 4);
 }
 
+TEST_CASE("a fusion lays a submap's blocks on the map's again, by whole voxels, and moves nothing in the map") {
+  Fixture f;
+  const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  f.map.set_graph(&graph);
+  Submap* into = f.finished(0, 0, 3);
+  f.map.add(into);
+  // The graph moves it by two voxels and a bit along x, and by three along y.
+  GraphRevision moved = with_loop(row_of_nodes(1e6), 0, 9, 1e6);
+  for (GraphNode& node : moved.graph.nodes) node.T_M_N.translation() += Eigen::Vector3d(0.15, -0.195, 0.02);
+  f.map.set_graph(&moved);
+  Submap* from = f.finished(1, 9, 3);
+  f.map.add(from);
+  const Pose T_b_a = from->T_M_S.inverse() * into->T_M_S;
+  const Eigen::Vector3d wall_M = into->T_M_S * Eigen::Vector3d(3.5 * 0.52, 0.52 * 2 + 0.1, 0.5);
+  const Eigen::Vector3d trail_M = into->T_M_S * into->path.points()[0].cast<double>();
+  const auto at = [&](const Eigen::Vector3d& p_M) {
+    const Eigen::Vector3d p_vox = into->T_M_S.inverse() * p_M / f.config.voxel.voxel_size_m;
+    return into->volume.at(f.store, p_vox.array().floor().matrix().cast<int>());
+  };
+  const LogOdds before = at(wall_M);
+  CHECK(before > 0);
+  REQUIRE(f.map.fuse({0, 1, true, {}}, T_b_a) == from);
+  const Eigen::Vector3d off = into->T_M_S.translation() / 0.52;
+  CHECK((off - Eigen::Vector3d(off.array().round())).cwiseAbs().maxCoeff() * 0.52 < 1.5 * 0.065);
+  CHECK(at(wall_M) > 0);
+  CHECK((into->T_M_S * into->path.points()[0].cast<double>() - trail_M).norm() < 1e-5);
+  // Its nodes still say where it is.
+  const Pose T_M_S = into->T_M_S;
+  f.map.set_graph(&moved);
+  CHECK(into->T_M_S.isApprox(T_M_S, 1e-9));
+  CHECK(f.map.pools().blocks.num_free() == f.store.num_blocks() - into->volume.num_blocks());
+}
+
 TEST_CASE("of a trail through two rooms each gets no more than its own part, and both stay rooms of their own") {
   RowOfRooms f;
   const GraphRevision graph = with_loop(row_of_nodes(1e6), 0, 9, 1e6);

@@ -1,6 +1,7 @@
 #include "mapping/fuse/place_sharing.hpp"
 
 #include <algorithm>
+#include <array>
 #include <unordered_set>
 #include <vector>
 
@@ -27,8 +28,8 @@ double min_ratio_to_drop(SharingTrust trust) {
 // A chunk that holds fewer places than this is a glimpse, and its index takes more than what it holds.
 constexpr std::uint32_t kMinPlacesInChunk = 8;
 
-// Of a wall that two grids cut differently, a sliver has fewer voxels than three quarters of one layer, and nearly all of
-// them must be shown by the other.
+// Of a wall that two grids cut differently, a sliver has fewer voxels than three quarters of one layer, and nearly all that
+// is seen of it must be shown by the other.
 constexpr int kMaxSliverVoxels = kBlockEdge * kBlockEdge * 3 / 4;
 constexpr double kMinShownOfSliver = 0.9;
 
@@ -179,7 +180,22 @@ std::optional<std::size_t> give(Submap& from, Submap& into, const Pose& T_into_f
   return num_given + num_dropped;
 }
 
-/// @return number of blocks that lost their occupied voxels
+/// True when an octant would be taken for free as a whole, were it not for its occupied voxels (see settle_free_space).
+bool becomes_free(const BlockView& view) {
+  std::array<int, 8> num_free{};
+  unsigned occupied = 0;
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    num_free[static_cast<std::size_t>(octant_of(i))] += view.at(i) < 0;
+    occupied |= static_cast<unsigned>(view.at(i) > 0) << octant_of(i);
+  }
+  for (int octant = 0; octant < 8; ++octant) {
+    if ((occupied >> octant & 1) != 0 && num_free[static_cast<std::size_t>(octant)] >= kOctantVoxels - kMaxUnseenVoxels)
+      return true;
+  }
+  return false;
+}
+
+/// @return number of blocks that lost their occupied voxels: the caller may have their free space made coarse
 std::size_t forget_slivers(Submap& of, const Submap& shown_by, const Pose& T_shown_of, const VoxelConfig& config,
                            VoxelPools& pools) {
   const Eigen::Isometry3f T = T_shown_of.cast<float>();
@@ -188,8 +204,9 @@ std::size_t forget_slivers(Submap& of, const Submap& shown_by, const Pose& T_sho
     if (view.block == nullptr) return;
     const int num_occupied = count_of(occupied_bits(view));
     if (num_occupied == 0 || num_occupied >= kMaxSliverVoxels) return;
-    if (share_shown(pools.store, coord, view, shown_by.volume, T, static_cast<float>(config.voxel_size_m)) >=
-        kMinShownOfSliver)
+    if (becomes_free(view)) return;
+    if (share_shown(pools.store, coord, view, of.volume, shown_by.volume, T,
+                             static_cast<float>(config.voxel_size_m)) >= kMinShownOfSliver)
       slivers.push_back(coord);
   });
   for (const BlockCoord& coord : slivers) {
@@ -214,8 +231,9 @@ std::optional<std::size_t> share_places(Submap& a, Submap& b, const Pose& T_a_b,
   const auto from_b = give(b, a, T_a_b, config, pools, trust);
   if (!from_b) return std::nullopt;
   if (trust != SharingTrust::kFull) return *from_a + *from_b;
-  return *from_a + *from_b + forget_slivers(a, b, T_a_b.inverse(), config, pools) +
-         forget_slivers(b, a, T_a_b, config, pools);
+  const std::size_t slivers_of_a = forget_slivers(a, b, T_a_b.inverse(), config, pools);
+  const std::size_t slivers_of_b = forget_slivers(b, a, T_a_b, config, pools);
+  return *from_a + *from_b + slivers_of_a + slivers_of_b;
 }
 
 }  // namespace cloister

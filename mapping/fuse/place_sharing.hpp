@@ -40,9 +40,10 @@ enum class SharingTrust {
 /// space before it, as a copy: neither is a surface without the other.
 ///
 /// Where the places of two grids meet that are turned against each other, both keep blocks that hold little more than an
-/// edge of the same wall. With full trust such a sliver goes, if the other shows it; the free space before it stays.
+/// edge of the same wall. With full trust such a sliver goes, first of a and then of b, if the other shows it from the same
+/// side; the free space before it stays. A sliver in whose octant all else is free stays: coarse, it would be free as well.
 ///
-/// Since nearness decides, and not which of the two asks, a second call finds little more to give unless one of the
+/// Since nearness decides of all else, and not which of the two asks, a second call finds little more to give unless one of the
 /// submaps has changed.
 /// @param T_a_b  pose of b's frame in a's: how far it can be trusted is for the caller to ask
 /// @return number of blocks that changed hands or lost a sliver; nothing when the pools were too small, and whatever could not be given

@@ -260,28 +260,79 @@ TEST_CASE("a floor that both show takes no wall along that only one of them has"
   CHECK(s.a.volume.num_blocks() == 1);
 }
 
+/// A sliver of a wall in a, which is nearer but knows less than half of the place, so that nothing is given either way; and
+/// what b has there.
+struct Sliver : TwoSubmaps {
+  explicit Sliver(int rows) {
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = a.volume.make_place(pools, {-2, 0, 0}, &chunk);
+    Block* block = a.volume.make_block(pools, *chunk, *place);
+    for (int row = 0; row < rows; ++row) {
+      block->voxels[kBlockEdge * row] = 30;
+      block->voxels[kBlockEdge * row + 1] = -30;
+    }
+  }
+  [[nodiscard]] bool is_left() const { return at(a, {-2, 0, 0}) == 30; }
+  [[nodiscard]] bool is_free_before() const {
+    return a.volume.at(store, VoxelCoord(-2 * kBlockEdge + 1, 0, 0)) == -30;
+  }
+};
+
 TEST_CASE("of a wall that another grid cuts differently a sliver goes where the other shows it, and what is free stays") {
   const auto left_of_sliver = [](int rows, int aside_vox, SharingTrust trust) {
-    TwoSubmaps s;
+    Sliver s(rows);
     s.add_wall(s.b, {-2, 0, 0}, 1);
-    // a is nearer, but knows less than half of the place: nothing is given either way.
-    Chunk* chunk = nullptr;
-    std::uint32_t* place = s.a.volume.make_place(s.pools, {-2, 0, 0}, &chunk);
-    Block* block = s.a.volume.make_block(s.pools, *chunk, *place);
-    for (int row = 0; row < rows; ++row) block->voxels[kBlockEdge * row] = 30;
-    for (int row = 0; row < kBlockEdge; ++row) block->voxels[kBlockEdge * row + 3] = -30;
     const auto moved = s.share(aside(aside_vox), trust);
-    CHECK(s.a.volume.at(s.store, VoxelCoord(-2 * kBlockEdge + 3, 0, 0)) == -30);
+    CHECK(s.is_free_before());
     CHECK(s.at(s.b, {-2, 0, 0}) == 30);
-    const bool is_left = s.at(s.a, {-2, 0, 0}) == 30;
-    CHECK(moved == (is_left ? 0u : 1u));
-    return is_left;
+    CHECK(moved == (s.is_left() ? 0u : 1u));
+    return s.is_left();
   };
   CHECK_FALSE(left_of_sliver(40, 0, SharingTrust::kFull));
   CHECK_FALSE(left_of_sliver(40, 2, SharingTrust::kFull));
   CHECK(left_of_sliver(40, 3, SharingTrust::kFull));
   CHECK(left_of_sliver(48, 0, SharingTrust::kFull));
   CHECK(left_of_sliver(40, 0, SharingTrust::kUncertain));
+}
+
+TEST_CASE("a wall's other side, and one that nothing is known before, show no sliver of it") {
+  for (const bool is_free_behind : {false, true}) {
+    Sliver s(20);
+    Chunk* chunk = nullptr;
+    std::uint32_t* place = s.b.volume.make_place(s.pools, {-2, 0, 0}, &chunk);
+    Block* block = s.b.volume.make_block(s.pools, *chunk, *place);
+    for (int row = 0; row < 64; ++row) block->voxels[kBlockEdge * row] = 30;
+    for (int row = 0; row < 32; ++row) block->voxels[kBlockEdge * row + 7] = 30;
+    if (is_free_behind) s.add_free(s.b, {-3, 0, 0});
+    CHECK(s.share() == 0);
+    CHECK(s.is_left());
+  }
+}
+
+TEST_CASE("a sliver stays where its octant would come out free without it") {
+  Sliver s(40);
+  s.add_wall(s.b, {-2, 0, 0}, 1);
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = s.a.volume.make_place(s.pools, {-2, 0, 0}, &chunk);
+  Block* block = s.a.volume.make_block(s.pools, *chunk, *place);
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    if (octant_of(i) == 0 && block->voxels[i] == kUnknownLogOdds) block->voxels[i] = -30;
+  }
+  CHECK(s.share() == 0);
+  CHECK(s.is_left());
+}
+
+TEST_CASE("of two slivers that show each other, one stays") {
+  Sliver s(40);
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = s.b.volume.make_place(s.pools, {-2, 0, 0}, &chunk);
+  Block* block = s.b.volume.make_block(s.pools, *chunk, *place);
+  for (int row = 0; row < 40; ++row) block->voxels[kBlockEdge * row] = 30;
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    if (i % kBlockEdge > 0 && i < 3 * 64) block->voxels[i] = -30;
+  }
+  (void)s.share();
+  CHECK((s.is_left() || s.at(s.b, {-2, 0, 0}) == 30));
 }
 
 TEST_CASE("chunks in which nothing is known any more go back to the pool") {

@@ -21,12 +21,14 @@ VoxelCoord voxel_of_block(const BlockCoord& coord, int i) {
   return coord * kBlockEdge + VoxelCoord(i & 7, i >> 3 & 7, i >> 6);
 }
 
+/// Where the middle of a voxel lies in another volume, in voxels.
+Eigen::Vector3f centre_under(const VoxelCoord& voxel, const Eigen::Isometry3f& T_into_from, float voxel_m) {
+  return T_into_from * Eigen::Vector3f((voxel.cast<float>().array() + 0.5f).matrix() * voxel_m) / voxel_m;
+}
+VoxelCoord voxel_at(const Eigen::Vector3f& p_vox) { return p_vox.array().floor().matrix().cast<int>(); }
 /// The voxel of another volume in which the middle of one lies.
-VoxelCoord voxel_under(const VoxelCoord& voxel, const Eigen::Isometry3f& T_into_from,
-                       float voxel_m) {
-  const Eigen::Vector3f p_into =
-      T_into_from * Eigen::Vector3f((voxel.cast<float>().array() + 0.5f).matrix() * voxel_m);
-  return (p_into / voxel_m).array().floor().matrix().cast<int>();
+VoxelCoord voxel_under(const VoxelCoord& voxel, const Eigen::Isometry3f& T_into_from, float voxel_m) {
+  return voxel_at(centre_under(voxel, T_into_from, voxel_m));
 }
 
 /// How many voxels along an axis the nearest occupied one is away; kSameSurfaceVox + 1 when it is further.
@@ -39,6 +41,18 @@ int steps_to_occupied(const VoxelStore& store, const Volume& volume, const Voxel
     }
   }
   return kSameSurfaceVox + 1;
+}
+
+/// True when a volume goes from free to occupied where a surface is said to be, along a line that comes from before it.
+bool has_surface(const VoxelStore& store, const Volume& volume, const Eigen::Vector3f& p_vox,
+                 const Eigen::Vector3f& outwards) {
+  bool is_before_free = false;
+  for (float along = kSamePlaceVox + 1; along >= -kSamePlaceVox; along -= 0.5f) {
+    const LogOdds value = volume.at(store, voxel_at(p_vox + along * outwards));
+    if (value > 0) return is_before_free;
+    is_before_free = value < 0;
+  }
+  return false;
 }
 
 /// Of occupied voxels that were looked for in the other volume, how many it has, and how near.
@@ -118,16 +132,27 @@ BlockAgreement compare_block(const VoxelStore& store, const BlockCoord& coord,
           .share_known = num_known > 0 ? static_cast<double>(num_both) / num_known : 1};
 }
 
-double share_shown(const VoxelStore& store, const BlockCoord& coord, const BlockView& view, const Volume& into,
-                   const Eigen::Isometry3f& T_into_from, float voxel_m) {
-  int num_occupied = 0, num_shown = 0;
+double share_shown(const VoxelStore& store, const BlockCoord& coord, const BlockView& view, const Volume& from,
+                   const Volume& into, const Eigen::Isometry3f& T_into_from, float voxel_m) {
+  int num_occupied = 0, num_near = 0, num_front = 0, num_shown = 0;
   for (int i = 0; i < kBlockVoxels; ++i) {
     if (view.at(i) <= 0) continue;
+    const VoxelCoord voxel = voxel_of_block(coord, i);
+    const Eigen::Vector3f p_vox = centre_under(voxel, T_into_from, voxel_m);
     ++num_occupied;
-    num_shown += steps_to_occupied(store, into, voxel_under(voxel_of_block(coord, i), T_into_from, voxel_m)) <=
-                 kSamePlaceVox;
+    num_near += steps_to_occupied(store, into, voxel_at(p_vox)) <= kSamePlaceVox;
+    bool is_front = false, is_shown = false;
+    for (int face = 0; face < 6 && !is_shown; ++face) {
+      const VoxelCoord outwards = (face % 2 == 0 ? 1 : -1) * VoxelCoord::Unit(face / 2);
+      if (from.at(store, voxel + outwards) >= 0) continue;
+      is_front = true;
+      is_shown = has_surface(store, into, p_vox, T_into_from.linear() * outwards.cast<float>());
+    }
+    num_front += is_front;
+    num_shown += is_shown;
   }
-  return num_occupied > 0 ? static_cast<double>(num_shown) / num_occupied : 1;
+  if (num_front > 0) return static_cast<double>(num_shown) / num_front;
+  return num_occupied > 0 ? static_cast<double>(num_near) / num_occupied : 1;
 }
 
 double known_ratio(const VoxelStore& store, const BlockView& view, const Volume& into,

@@ -32,9 +32,12 @@ struct BlockAgreement {
                                            const Volume& into, const Eigen::Isometry3f& T_into_from,
                                            float voxel_m);
 
-/// Of a block's occupied voxels, the share that `into` shows within two voxels; 1 for a block without any.
+/// How much of a block's surface `into` shows: of its occupied voxels with a face in common with free space, the share
+/// where `into` goes from free to occupied in the same direction, within two voxels, so that a wall's other side does not
+/// count. Of a block without any, the share of its occupied voxels that have one of `into` within two voxels.
 [[nodiscard]] double share_shown(const VoxelStore& store, const BlockCoord& coord, const BlockView& view,
-                                 const Volume& into, const Eigen::Isometry3f& T_into_from, float voxel_m);
+                                          const Volume& from, const Volume& into, const Eigen::Isometry3f& T_into_from,
+                                          float voxel_m);
 
 /// What two volumes say about the surfaces of the place that both know.
 struct SurfaceAgreement {

@@ -26,6 +26,13 @@ void Submap::note_node(NodeId node) {
   last_node = std::max(last_node, node);
 }
 
+void Submap::move_frame(const Pose& T_S_new) {
+  T_root_S = T_root_S * T_S_new;
+  T_M_S = T_M_S * T_S_new;
+  anchors.move_frame(T_S_new);
+  path.move_frame(T_S_new);
+}
+
 void Submap::reset() {
   id = continues = kNoSubmap;
   is_continued = false;

@@ -22,7 +22,7 @@ inline constexpr SubmapId kNoSubmap = -1;
 ///
 /// Its frame S is parallel to M's axes, with its origin on M's grid of blocks, at the time it was spawned; afterwards
 /// it moves rigidly with its root node, or, where the graph bends within it, with most of its nodes (see SubmapAnchors).
-/// Voxels never move inside S.
+/// Voxels never move inside S, but for whole voxels when a fusion lays its blocks on M's anew (see ElasticMap::fuse).
 ///
 /// Slots of this type are allocated once; the mapper fills the scalar members and the volume, and whoever keeps the
 /// books fills the vectors when the submap is finished.
@@ -50,6 +50,9 @@ struct Submap {
   void note_scans(NodeId node, const Pose& T_node_S);
   /// Extends the range of nodes; kNoNode is ignored. No allocation.
   void note_node(NodeId node);
+  /// S becomes another frame: all poses and the path are given in it. The volume is the caller's to lay anew.
+  /// @param T_S_new  its pose in S so far. No allocation.
+  void move_frame(const Pose& T_S_new);
   /// Makes an unused slot of this one. The volume must have been cleared.
   void reset();
 };

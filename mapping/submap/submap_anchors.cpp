@@ -76,6 +76,14 @@ void SubmapAnchors::add(const SubmapAnchors& other, const Pose& T_other_S) {
   }
 }
 
+void SubmapAnchors::move_frame(const Pose& T_S_new) {
+  for (std::size_t i = 0; i < size_; ++i) {
+    Anchor& anchor = anchors_[i];
+    anchor.t_N_S += anchor.q_N_S * T_S_new.translation();
+    anchor.q_N_S = anchor.q_N_S * Eigen::Quaterniond(T_S_new.linear());
+  }
+}
+
 std::optional<Pose> SubmapAnchors::fit(const GraphRevision& revision) const {
   std::array<NodePair, kCapacity> pairs;
   std::size_t num_pairs = 0;

@@ -26,6 +26,9 @@ class SubmapAnchors {
   /// Takes over the anchors of a submap that is fused into this one.
   void add(const SubmapAnchors& other, const Pose& T_other_S);
 
+  /// The submap's frame becomes another one. @param T_S_new  its pose in the frame so far
+  void move_frame(const Pose& T_S_new);
+
   /// Where a revision has the submap. A graph that bends moves a submap's nodes against each other, which the submap
   /// cannot follow; its pose is then the rigid one that leaves most of its nodes where the graph has them. In turn: the
   /// minimum of sum w (|p_M - T_M_S p_S|^2 + l^2 |R_M - R_M_S R_S|^2) over the nodes' positions p and rotations R, in closed

@@ -33,6 +33,12 @@ class SubmapPath {
     points_[size_++] = p_S;
   }
 
+  /// S becomes another frame. @param T_S_new  its pose in S so far
+  void move_frame(const Pose& T_S_new) {
+    const Eigen::Isometry3f T_new_S = T_S_new.inverse().cast<float>();
+    for (std::size_t i = 0; i < size_; ++i) points_[i] = T_new_S * points_[i];
+  }
+
   [[nodiscard]] std::span<const Eigen::Vector3f> points() const { return {points_.data(), size_}; }
 
   /// Square of how near the trail comes to a place in S, m^2; infinite for an empty trail.
