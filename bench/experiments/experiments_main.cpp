@@ -153,7 +153,7 @@ int run(int argc, char** argv) {
       ->transform(CLI::CheckedTransformer(graph_fault_names()));
   app.add_option("--clouds", options.experiment.clouds,
                  "missions of one cloud a graph node and no odometry, not of packets: scans (the last revolution) or "
-                 "gathered (every fourth beam since the node before)")
+                 "gathered (every fourth beam and column since the node before)")
       ->transform(CLI::CheckedTransformer(cloud_kind_names()));
   app.add_option("--minutes", options.experiment.minutes,
                  "end missions there (default: at the end of their paths)")

@@ -8,7 +8,7 @@ namespace cloister {
 
 namespace {
 
-constexpr std::size_t kGatheredBeamStride = 4;
+constexpr std::size_t kGatheredStride = 4;  // of beams and of columns
 
 }  // namespace
 
@@ -19,7 +19,7 @@ const std::map<std::string, CloudKind>& cloud_kind_names() {
 }
 
 CloudWriter::CloudWriter(const ScanSimulator& simulator, CloudKind kind, const Trajectory& truth,
-                         const Trajectory& odometry, const std::vector<SensorTime>& node_stamps, SensorTime start,
+                         const Trajectory& odometry, std::span<const SensorTime> node_stamps, SensorTime start,
                          std::filesystem::path folder)
     : simulator_(simulator),
       truth_(truth),
@@ -37,11 +37,12 @@ void CloudWriter::record(std::uint64_t scan, Revolution* out) const {
   simulator_.simulate(truth_, start_, scan, pixels);
   out->columns.clear();
   out->points_O.clear();
-  for (int column = 0; column < sensor.columns; ++column) {
+  const std::size_t stride = kind_ == CloudKind::kGathered ? kGatheredStride : 1;
+  for (int column = 0; column < sensor.columns; column += static_cast<int>(stride)) {
     const auto c = static_cast<std::size_t>(column);
     const SensorTime stamp = simulator_.column_stamp(start_, scan, column);
     const Pose T_O_L = odometry_.at(stamp);
-    for (std::size_t beam = 0; beam < beams; beam += kind_ == CloudKind::kGathered ? kGatheredBeamStride : 1) {
+    for (std::size_t beam = 0; beam < beams; beam += stride) {
       const PixelReturn& pixel = pixels[c * beams + beam];
       if (pixel.range_mm == 0) continue;
       const double beam_m = (pixel.range_mm - sensor.beam_origin_mm) * 1e-3;
@@ -53,6 +54,7 @@ void CloudWriter::record(std::uint64_t scan, Revolution* out) const {
 }
 
 Result<void> CloudWriter::take(const Revolution& revolution) {
+  const std::int64_t revolution_ns = 1'000'000'000 / simulator_.sensor().rate_hz;
   std::size_t begin = 0;
   for (const Revolution::Column& column : revolution.columns) {
     while (next_node_ < node_stamps_.size() && node_stamps_[next_node_] <= column.stamp) {
@@ -63,20 +65,20 @@ Result<void> CloudWriter::take(const Revolution& revolution) {
     pieces_.push_back({column.stamp,
                        {first + static_cast<std::ptrdiff_t>(begin), first + static_cast<std::ptrdiff_t>(column.end)}});
     begin = column.end;
+    while (kind_ == CloudKind::kScans && pieces_.front().stamp.ns <= column.stamp.ns - revolution_ns) pieces_.pop_front();
   }
   return {};
 }
 
 Result<void> CloudWriter::write_cloud(SensorTime node_stamp) {
   const Pose T_L_O = odometry_.at(node_stamp).inverse();
-  const std::int64_t revolution_ns = 1'000'000'000 / simulator_.sensor().rate_hz;
   std::vector<Eigen::Vector3f> points_L;
   for (const Piece& piece : pieces_) {
-    if (kind_ == CloudKind::kScans && piece.stamp.ns < node_stamp.ns - revolution_ns) continue;
     for (const Eigen::Vector3d& p_O : piece.points_O) points_L.emplace_back((T_L_O * p_O).cast<float>());
   }
   pieces_.clear();
   if (points_L.empty()) return {};
+  ++num_written_;
   char name[64];
   std::snprintf(name, sizeof(name), "cloud_%lld_%09lld.pcd", static_cast<long long>(node_stamp.ns / 1'000'000'000),
                 static_cast<long long>(node_stamp.ns % 1'000'000'000));

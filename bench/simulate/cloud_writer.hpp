@@ -2,8 +2,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,8 +17,8 @@ namespace cloister {
 
 /// How a mission without packets hands its scans over: one cloud a graph node, in the sensor's frame at that node.
 enum class CloudKind {
-  kScans,    ///< the revolution that ends at the node, all beams
-  kGathered  ///< every fourth beam since the node before: a lidar of 16 beams on a robot that walks
+  kScans,    ///< all that was seen within a revolution before the node, or since the node before if that is less
+  kGathered  ///< every fourth beam and column since the node before: a lidar of 16 beams on a robot that walks
 };
 
 /// As on the command line: scans, gathered.
@@ -40,13 +42,14 @@ class CloudWriter {
   /// @param truth T_W_L @param odometry T_O_L, same stamps @param node_stamps ascending
   /// @param start when the first scan begins
   CloudWriter(const ScanSimulator& simulator, CloudKind kind, const Trajectory& truth, const Trajectory& odometry,
-              const std::vector<SensorTime>& node_stamps, SensorTime start, std::filesystem::path folder);
+              std::span<const SensorTime> node_stamps, SensorTime start, std::filesystem::path folder);
 
   /// Simulates one revolution. Threads: const, several at once.
   void record(std::uint64_t scan, Revolution* out) const;
-  /// Takes revolutions in their order, and writes the clouds of the nodes they reach; a node before the first scan gets
-  /// none. Errors: kResource when the disk refuses
+  /// Takes revolutions in their order, and writes the clouds of the nodes before their last columns; a node before the first
+  /// scan gets none. Errors: kResource when the disk refuses
   [[nodiscard]] Result<void> take(const Revolution& revolution);
+  [[nodiscard]] std::size_t num_written() const { return num_written_; }
 
  private:
   struct Piece {
@@ -59,13 +62,14 @@ class CloudWriter {
   const ScanSimulator& simulator_;
   const Trajectory& truth_;
   const Trajectory& odometry_;
-  const std::vector<SensorTime>& node_stamps_;
+  const std::span<const SensorTime> node_stamps_;
   const SensorTime start_;
   const std::filesystem::path folder_;
   const CloudKind kind_;
   const BeamFan fan_;
   std::size_t next_node_ = 0;
-  std::vector<Piece> pieces_;  ///< columns since the last cloud
+  std::size_t num_written_ = 0;
+  std::deque<Piece> pieces_;  ///< columns of the next cloud, oldest first
 };
 
 }  // namespace cloister

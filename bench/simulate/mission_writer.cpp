@@ -210,13 +210,13 @@ std::string format_wrong_closures(const SlamRun& slam) {
 }
 
 std::string format_mission(const World& world, const MissionOptions& options) {
-  const nlohmann::ordered_json mission = {{"name", world.name + "-" + std::to_string(options.seed)},
-                                          {"world", world.name},
-                                          {"seed", options.seed},
-                                          {"sensor", options.sensor.prod_line + " (simulated)"},
-                                          {"variant", options.clouds ? "individual_clouds" : "pcap"},
-                                          {"profile", "LEGACY"},
-                                          {"pose_frame", "sensor"}};
+  nlohmann::ordered_json mission = {{"name", world.name + "-" + std::to_string(options.seed)},
+                                    {"world", world.name},
+                                    {"seed", options.seed},
+                                    {"sensor", options.sensor.prod_line + " (simulated)"},
+                                    {"variant", options.clouds ? "individual_clouds" : "pcap"}};
+  if (!options.clouds) mission["profile"] = "LEGACY";
+  mission["pose_frame"] = "sensor";
   return mission.dump(2) + "\n";
 }
 
@@ -281,11 +281,15 @@ Result<MissionSummary> write_mission(const World& world, Trajectory truth,
   const ScanRun run{planned, options.threads, interrupted, progress};
   Result<std::uint64_t> scans;
   if (options.clouds) {
-    CloudWriter writer(simulator, *options.clouds, truth, estimated.odometry, estimated.slam.node_stamps,
-                       first_column, root / "individual_clouds");
+    // Without odometry, only nodes that a graph is published with have a place.
+    const std::span placed(estimated.slam.node_stamps.data(), estimated.slam.nodes_published);
+    CloudWriter writer(simulator, *options.clouds, truth, estimated.odometry, placed, first_column,
+                       root / "individual_clouds");
     scans = run_scans<CloudWriter::Revolution>(
         run, [&](std::uint64_t scan, CloudWriter::Revolution* made) { writer.record(scan, made); },
         [&](const CloudWriter::Revolution& revolution) { return writer.take(revolution); });
+    if (scans && writer.num_written() == 0)
+      return fail(ErrorKind::kUsage, "--clouds: the mission ends before its graph has a node that saw anything");
   } else {
     scans = write_pcap(root / "lidar.pcap", ScanRecorder(simulator, truth, first_column), run);
   }

@@ -221,7 +221,7 @@ TEST_CASE("a node's cloud lies in the sensor's frame at that node, and holds wha
   const auto folder = std::filesystem::temp_directory_path() / ("cloister-clouds-" + std::to_string(getpid()));
   const auto all_of = [&](int scans_in_tenths, int stride) { return 1024 * 64 / stride * scans_in_tenths / 10; };
   for (const auto& [kind, first, second] :
-       {std::tuple{CloudKind::kScans, all_of(10, 1), all_of(10, 1)}, {CloudKind::kGathered, all_of(25, 4), all_of(40, 4)}}) {
+       {std::tuple{CloudKind::kScans, all_of(10, 1), all_of(10, 1)}, {CloudKind::kGathered, all_of(25, 16), all_of(40, 16)}}) {
     std::filesystem::create_directories(folder);
     CloudWriter writer(simulator, kind, truth, truth, nodes, SensorTime{kStart.ns + 100'000'000}, folder);
     CloudWriter::Revolution revolution;

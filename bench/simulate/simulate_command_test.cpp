@@ -127,6 +127,8 @@ TEST_CASE("each kind of mistake has its exit status and one line that names it")
       {"house --bogus" + out, 2, "--bogus"},
       {"house --skip 90" + out, 2, "--skip"},
       {"house --wrong-closures 0.7" + out, 2, "--wrong-closures"},
+      {"house --clouds some" + out, 2, "--clouds"},
+      {"house --clouds scans" + out + kFewScans, 2, "--clouds"},
       {"castle" + out, 3, "castle"},
       {bad_ply + out, 2, "--path"},
       {bad_ply + " --path " + (scratch / "path.txt").string() + out, 3, "bad.ply:3:"},

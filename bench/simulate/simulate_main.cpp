@@ -93,7 +93,7 @@ void declare(CommandLine* line, CLI::App* app) {
       ->check(CLI::Range(0.0, 20.0));
   app->add_option("--clouds", line->mission.clouds,
                   "one cloud a graph node, in place of packets and odometry: scans (the last revolution), or gathered "
-                  "(every fourth beam since the node before)")
+                  "(every fourth beam and column since the node before)")
       ->transform(CLI::CheckedTransformer(cloud_kind_names()));
   app->add_option("--threads", line->mission.threads, "threads to simulate on (default: all)")
       ->check(CLI::Range(1, 256));

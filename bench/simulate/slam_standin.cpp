@@ -149,6 +149,7 @@ SlamRun run_slam(const Trajectory& truth, const Trajectory& odometry, const Drif
       run.snapshots.push_back(
           {stamp, format_g2o(run.node_stamps, run.T_M_nodes, run.measurements)});
     }
+    run.nodes_published = run.T_M_nodes.size();
     is_published = true;
   };
 

@@ -38,6 +38,7 @@ struct GraphSnapshot {
 struct SlamRun {
   std::vector<GraphSnapshot> snapshots;
   std::vector<SensorTime> node_stamps;
+  std::size_t nodes_published = 0;  ///< that the last snapshot has
   std::vector<Pose> T_M_nodes;  ///< as estimated at the end
   std::vector<RelativeMeasurement> measurements;
   int loop_closures = 0;
