@@ -460,16 +460,22 @@ std::vector<const Submap*> ElasticMap::find_neighbours(SubmapId of) {
 
 void ElasticMap::add_trail(Submap& into, const Submap& from, const Pose& T_into_from,
                            const std::vector<const Submap*>& neighbours) const {
-  const SubmapPath before = into.path;
-  for (const Eigen::Vector3f& p_from : from.path.points()) {
-    const Eigen::Vector3f p_into = T_into_from.cast<float>() * p_from;
-    const float nearer_than_m2 = std::min(before.squared_distance(p_into), kMaxBesideTrailM * kMaxBesideTrailM);
-    const bool is_of_neighbour = std::any_of(neighbours.begin(), neighbours.end(), [&](const Submap* neighbour) {
-      const Eigen::Vector3f p = (neighbour->T_M_S.inverse() * into.T_M_S).cast<float>() * p_into;
-      return neighbour != &from && neighbour->path.squared_distance(p) < nearer_than_m2 &&
-             knows(store_, *neighbour, p, config_.voxel.voxel_size_m);
-    });
-    if (!is_of_neighbour) into.path.add(p_into);
+  const auto points = from.path.points();
+  const Eigen::Isometry3f T = T_into_from.cast<float>();
+  std::array<bool, SubmapPath::kCapacity> is_of_neighbour{};
+  for (const Submap* neighbour : neighbours) {
+    if (neighbour == &from) continue;
+    const Eigen::Isometry3f T_neighbour_into = (neighbour->T_M_S.inverse() * into.T_M_S).cast<float>();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Eigen::Vector3f p_into = T * points[i];
+      const Eigen::Vector3f p = T_neighbour_into * p_into;
+      const float nearer_than_m2 = std::min(into.path.squared_distance(p_into), kMaxBesideTrailM * kMaxBesideTrailM);
+      is_of_neighbour[i] |= neighbour->path.squared_distance(p) < nearer_than_m2 &&
+                            knows(store_, *neighbour, p, config_.voxel.voxel_size_m);
+    }
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!is_of_neighbour[i]) into.path.add(T * points[i]);
   }
 }
 

@@ -75,16 +75,8 @@ std::size_t forget_wall_interiors(VoxelPools& pools, Volume& volume) {
   const std::size_t blocks_before = volume.num_blocks();
   const SurfaceVoxels surfaces(pools.store, volume);
   surfaces.for_each_block([&](const BlockCoord& coord, const BlockBits& needed) {
-    Chunk* chunk = nullptr;
-    std::uint32_t* place = volume.make_place(pools, coord, &chunk);  // is there: it is known
     // A coarse node takes no memory: it stays.
-    if (!Volume::has_block(*place)) return;
-    Block& block = pools.store.block(Volume::block_index(*place));
-    for (int i = 0; i < kBlockVoxels; ++i) {
-      if (block.voxels[i] > 0 && (needed.word[i >> 6] >> (i & 63) & 1) == 0)
-        block.voxels[i] = kUnknownLogOdds;
-    }
-    (void)volume.settle_block(pools, *chunk, *place);
+    if (volume.view(pools.store, coord).block != nullptr) forget_occupied(pools, volume, coord, needed);
   });
   volume.release_empty_chunks(pools);
   return blocks_before - volume.num_blocks();
@@ -99,24 +91,36 @@ std::size_t settle_free_space(VoxelPools& pools, Volume& volume) {
     Chunk* chunk = nullptr;
     std::uint32_t* place = volume.make_place(pools, coord, &chunk);  // is there: it is known
     const Block& block = pools.store.block(Volume::block_index(*place));
-    std::array<int, 8> num_free{};
-    for (int i = 0; i < kBlockVoxels; ++i)
-      num_free[static_cast<std::size_t>(octant_of(i))] += block.voxels[i] < 0;
-    unsigned free = 0;
+    const OctantMask free = octants_seen_free({&block, kUnknownLogOdds, kNoOctants});
     LogOdds weakest = std::numeric_limits<LogOdds>::min();
-    for (int octant = 0; octant < 8; ++octant)
-      free |= static_cast<unsigned>(num_free[static_cast<std::size_t>(octant)] >=
-                                    kOctantVoxels - kMaxUnseenVoxels)
-              << octant;
     for (int i = 0; i < kBlockVoxels; ++i) {
       if (block.voxels[i] < 0 && (free >> octant_of(i) & 1) != 0)
         weakest = std::max(weakest, block.voxels[i]);
     }
-    volume.set_coarse(pools, *chunk, *place, free != 0 ? weakest : kUnknownLogOdds,
-                      static_cast<OctantMask>(free));
+    volume.set_coarse(pools, *chunk, *place, free != 0 ? weakest : kUnknownLogOdds, free);
   }
   volume.release_empty_chunks(pools);
   return bare.size();
+}
+
+OctantMask octants_seen_free(const BlockView& view) {
+  std::array<int, 8> num_free{};
+  for (int i = 0; i < kBlockVoxels; ++i) num_free[static_cast<std::size_t>(octant_of(i))] += view.at(i) < 0;
+  unsigned free = 0;
+  for (int octant = 0; octant < 8; ++octant)
+    free |= static_cast<unsigned>(num_free[static_cast<std::size_t>(octant)] >= kOctantVoxels - kMaxUnseenVoxels)
+            << octant;
+  return static_cast<OctantMask>(free);
+}
+
+void forget_occupied(VoxelPools& pools, Volume& volume, const BlockCoord& coord, const BlockBits& needed) {
+  Chunk* chunk = nullptr;
+  std::uint32_t* place = volume.make_place(pools, coord, &chunk);  // is there: it is known
+  Block& block = pools.store.block(Volume::block_index(*place));
+  for (int i = 0; i < kBlockVoxels; ++i) {
+    if (block.voxels[i] > 0 && (needed.word[i >> 6] >> (i & 63) & 1) == 0) block.voxels[i] = kUnknownLogOdds;
+  }
+  (void)volume.settle_block(pools, *chunk, *place);
 }
 
 }  // namespace cloister

@@ -28,4 +28,10 @@ std::size_t forget_wall_interiors(VoxelPools& pools, Volume& volume);
 /// Threads: one owner of the volume and the pools. Allocates a list of the blocks concerned.
 std::size_t settle_free_space(VoxelPools& pools, Volume& volume);
 
+/// Octants of a block that settle_free_space takes for free, if nothing is occupied in the block.
+[[nodiscard]] OctantMask octants_seen_free(const BlockView& view);
+
+/// Makes the occupied voxels of a block unknown, but for those that are needed. The block must be there.
+void forget_occupied(VoxelPools& pools, Volume& volume, const BlockCoord& coord, const BlockBits& needed);
+
 }  // namespace cloister

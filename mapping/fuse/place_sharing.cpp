@@ -1,12 +1,12 @@
 #include "mapping/fuse/place_sharing.hpp"
 
 #include <algorithm>
-#include <array>
 #include <unordered_set>
 #include <vector>
 
 #include "mapping/fuse/block_halo.hpp"
 #include "mapping/fuse/fuser.hpp"
+#include "mapping/fuse/fusion_leftovers.hpp"
 #include "mapping/fuse/same_surface.hpp"
 
 namespace cloister {
@@ -180,19 +180,11 @@ std::optional<std::size_t> give(Submap& from, Submap& into, const Pose& T_into_f
   return num_given + num_dropped;
 }
 
-/// True when an octant would be taken for free as a whole, were it not for its occupied voxels (see settle_free_space).
+/// True when an octant would be taken for free as a whole, were it not for its occupied voxels.
 bool becomes_free(const BlockView& view) {
-  std::array<int, 8> num_free{};
   unsigned occupied = 0;
-  for (int i = 0; i < kBlockVoxels; ++i) {
-    num_free[static_cast<std::size_t>(octant_of(i))] += view.at(i) < 0;
-    occupied |= static_cast<unsigned>(view.at(i) > 0) << octant_of(i);
-  }
-  for (int octant = 0; octant < 8; ++octant) {
-    if ((occupied >> octant & 1) != 0 && num_free[static_cast<std::size_t>(octant)] >= kOctantVoxels - kMaxUnseenVoxels)
-      return true;
-  }
-  return false;
+  for (int i = 0; i < kBlockVoxels; ++i) occupied |= static_cast<unsigned>(view.at(i) > 0) << octant_of(i);
+  return (occupied & octants_seen_free(view)) != 0;
 }
 
 /// @return number of blocks that lost their occupied voxels: the caller may have their free space made coarse
@@ -206,17 +198,10 @@ std::size_t forget_slivers(Submap& of, const Submap& shown_by, const Pose& T_sho
     if (num_occupied == 0 || num_occupied >= kMaxSliverVoxels) return;
     if (becomes_free(view)) return;
     if (share_shown(pools.store, coord, view, of.volume, shown_by.volume, T,
-                             static_cast<float>(config.voxel_size_m)) >= kMinShownOfSliver)
+                    static_cast<float>(config.voxel_size_m)) >= kMinShownOfSliver)
       slivers.push_back(coord);
   });
-  for (const BlockCoord& coord : slivers) {
-    Chunk* chunk = nullptr;
-    std::uint32_t* place = of.volume.make_place(pools, coord, &chunk);  // is there: it is known
-    for (LogOdds& voxel : pools.store.block(Volume::block_index(*place)).voxels) {
-      if (voxel > 0) voxel = kUnknownLogOdds;
-    }
-    (void)of.volume.settle_block(pools, *chunk, *place);
-  }
+  for (const BlockCoord& coord : slivers) forget_occupied(pools, of.volume, coord, {});
   if (!slivers.empty()) of.volume.release_empty_chunks(pools);
   return slivers.size();
 }

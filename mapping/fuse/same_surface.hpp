@@ -36,8 +36,8 @@ struct BlockAgreement {
 /// where `into` goes from free to occupied in the same direction, within two voxels, so that a wall's other side does not
 /// count. Of a block without any, the share of its occupied voxels that have one of `into` within two voxels.
 [[nodiscard]] double share_shown(const VoxelStore& store, const BlockCoord& coord, const BlockView& view,
-                                          const Volume& from, const Volume& into, const Eigen::Isometry3f& T_into_from,
-                                          float voxel_m);
+                                 const Volume& from, const Volume& into, const Eigen::Isometry3f& T_into_from,
+                                 float voxel_m);
 
 /// What two volumes say about the surfaces of the place that both know.
 struct SurfaceAgreement {
